@@ -1,0 +1,226 @@
+"""The pendulum that moves: its geometry, a small drawing to update, and an animation in SVG."""
+
+from html import escape
+
+import numpy as np
+
+from .._checks import array, found, number
+from ..parameters import Pendulum
+from .style import COLORS, angle_name, look, styled
+
+FPS = 25  # frames per second of an animation as it is played
+
+
+def check_rig(rig):
+    """`rig` itself, or a sentence on what it should have been."""
+    if not isinstance(rig, Pendulum):
+        raise TypeError(
+            f'rig: expected a pl.Pendulum, {found(rig)}; try pl.load("double") or pl.load("triple").'
+        )
+    return rig
+
+
+def check_angles(rig, angles):
+    """Relative angles of one moment, shape (n,), rad."""
+    n = check_rig(rig).n_links
+    angles = array("angles", angles)
+    if angles.shape != (n,):
+        raise ValueError(
+            f"angles: expected {n} relative angles in rad, one per link of {rig.name!r}, "
+            f"found shape {angles.shape}; angles of several moments go in one by one."
+        )
+    return angles
+
+
+def joints(rig, angles):
+    """Positions of the hinges and of the tip, in the plane of motion.
+
+    Parameters
+    ----------
+    rig : Pendulum with n links
+    angles : relative angles theta1, theta2-theta1, ..., rad, shape (..., n)
+
+    Returns
+    -------
+    array (..., n+1, 2) : x (to the right, m) and y (up, m) from hinge 1 to the tip; a positive
+        angle leans to the right
+
+    >>> from pendlab.parameters import load
+    >>> joints(load("double"), [0.0, 0.0])[:, 1].tolist()
+    [0.0, 0.174, 0.674]
+    """
+    n = check_rig(rig).n_links
+    angles = array("angles", angles)
+    if angles.shape[-1:] != (n,):
+        raise ValueError(
+            f"angles: expected {n} relative angles (rad) in the last axis, found shape "
+            f"{angles.shape}; one column per link of {rig.name!r}."
+        )
+    theta = np.cumsum(angles, axis=-1)
+    lengths = np.array([link.length for link in rig.links])
+    steps = lengths[:, None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
+    return np.concatenate([np.zeros_like(steps[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
+
+
+def link_color(i):
+    """Colour of link i: that of the angle measured at its lower hinge."""
+    return look(angle_name((i - 1) % 6 + 1))["color"]
+
+
+@styled()
+def draw_pendulum(ax, rig, angles):
+    """Draw the rig at relative angles and return ``update(angles)``, which moves the drawing.
+
+    Links wear the colour of their angle; a filled hinge has a motor, an open one is free. The axes
+    are fixed so that any attitude fits. ``update`` returns the moved artists, for blitting.
+
+    Parameters
+    ----------
+    ax : matplotlib axes; they become the drawing alone, without ticks
+    rig : Pendulum with n links
+    angles : (n,) relative angles, rad
+    """
+    check_angles(rig, angles)
+    n = rig.n_links
+    reach = sum(link.length for link in rig.links)
+    ax.set_axis_off()
+    ax.set_aspect("equal")
+    ax.set_xlim(-1.08 * reach, 1.08 * reach)
+    ax.set_ylim(-1.08 * reach, 1.08 * reach)
+    ax.plot([-0.15 * reach, 0.15 * reach], [0, 0], color=COLORS["grey"], linewidth=3, zorder=1)
+    ax.plot([0, 0], [0, 1.04 * reach], color=COLORS["grey"], linewidth=0.8, linestyle=":", zorder=1)
+    links = [
+        ax.plot([], [], color=link_color(i + 1), linewidth=5, solid_capstyle="round", zorder=2)[0]
+        for i in range(n)
+    ]
+    driven = range(1, rig.n_motors + 1)
+    hinges = [
+        ax.plot(
+            [],
+            [],
+            marker="o",
+            linestyle="none",
+            markersize=8,
+            markeredgewidth=1.6,
+            markeredgecolor="black",
+            markerfacecolor="black" if i in driven else "white",
+            zorder=3,
+        )[0]
+        for i in range(n)
+    ]
+
+    def update(angles):
+        points = joints(rig, check_angles(rig, angles))
+        for i in range(n):
+            links[i].set_data(*points[i : i + 2].T)
+            hinges[i].set_data(*points[i : i + 1].T)
+        return [*links, *hinges]
+
+    update(angles)
+    return update
+
+
+def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
+    """A run as a moving picture: an SVG that plays by itself, with neither script nor network.
+
+    Equal arguments give equal text. The run is shown at `FPS` frames a second, coordinates are
+    rounded to 0.1 px, and a bar below tells the time.
+
+    Parameters
+    ----------
+    rig : Pendulum with n links
+    t : (N,) times, s, increasing, N >= 2
+    angles : (N, n) relative angles, rad
+    width, height : of the picture, px
+    speed : 1 is real time, 0.5 half as fast
+    title : name of the picture; the rig's name if None
+
+    Returns
+    -------
+    str : the SVG element
+    """
+    n = check_rig(rig).n_links
+    t = array("t", t, (None,))
+    if len(t) < 2 or np.any(np.diff(t) <= 0):
+        raise ValueError("t: expected at least two increasing times in s; pass the run's t.")
+    angles = array("angles", angles, (len(t), n))
+    number("speed", speed, above=0)
+    number("width", width, above=60)
+    number("height", height, above=60)
+    seconds = t[-1] - t[0]
+    playing = seconds / speed
+    times = np.linspace(t[0], t[-1], max(2, round(playing * FPS) + 1))
+    frames = np.stack([np.interp(times, t, column) for column in angles.T], axis=-1)
+    points, ground = _to_pixels(rig, joints(rig, frames), width, height)
+    title = f"{rig.name}: pendulum in motion" if title is None else title
+    ends = f"{t[0]:g} s to {t[-1]:g} s"
+    largest = ", ".join(
+        f"{angle_name(i + 1)} {np.abs(angles[:, i]).max():.3f} rad" for i in range(n)
+    )
+    moving = f'dur="{playing:.2f}s" repeatCount="indefinite"'
+    head = (
+        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" width="{width:g}" height="{height:g}"'
+        f' viewBox="0 0 {width:g} {height:g}">'
+        f"<title>{escape(title)}</title>"
+        f"<desc>Moving drawing of {n} links over {ends}, at {speed:g} times real speed. "
+        f"Largest angles: {escape(largest)}.</desc>"
+        f'<rect width="{width:g}" height="{height:g}" fill="white"/>'
+    )
+    base_x, base_y = ground
+    floor = (
+        f'<path d="M{base_x - 40:.1f} {base_y:.1f}h80" stroke="{COLORS["grey"]}" stroke-width="4"/>'
+    )
+    links = "".join(_moving_link(points[:, i : i + 2], link_color(i + 1), moving) for i in range(n))
+    hinges = "".join(
+        _moving_hinge(points[:, i], "black" if 1 <= i <= rig.n_motors else "white", moving)
+        for i in range(n)
+    )
+    return head + floor + links + hinges + _time_bar(width, height, ends, moving) + "</svg>"
+
+
+BAR = 34  # px kept below the drawing for the time
+
+
+def _to_pixels(rig, points, width, height):
+    """Joints (N, n+1, 2) in m to px in a frame that holds all of them and the upright rig."""
+    reach = sum(link.length for link in rig.links)
+    left, low = np.minimum(points.min(axis=(0, 1)), [-0.3 * reach, 0])
+    right, high = np.maximum(points.max(axis=(0, 1)), [0.3 * reach, reach])
+    margin = 14
+    scale = min((width - 2 * margin) / (right - left), (height - BAR - 2 * margin) / (high - low))
+    origin = np.array(
+        [width / 2 - scale * (left + right) / 2, height - BAR - margin + scale * low]
+    )
+    return origin + scale * points * [1, -1], origin
+
+
+def _moving_link(ends, color, moving):
+    values = [" ".join(f"{x:.1f},{y:.1f}" for x, y in pair) for pair in ends]
+    return (
+        f'<polyline points="{values[0]}" fill="none" stroke="{color}" stroke-width="7" '
+        f'stroke-linecap="round"><animate attributeName="points" {moving} '
+        f'values="{";".join(values)}"/></polyline>'
+    )
+
+
+def _moving_hinge(centres, fill, moving):
+    x, y = centres[0]
+    circle = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="black" stroke-width="2"'
+    if np.ptp(centres, axis=0).max() == 0:
+        return circle + "/>"
+    path = "".join(
+        f'<animate attributeName="{name}" {moving} '
+        f'values="{";".join(f"{value:.1f}" for value in column)}"/>'
+        for name, column in zip(("cx", "cy"), centres.T)
+    )
+    return f"{circle}>{path}</circle>"
+
+
+def _time_bar(width, height, ends, moving):
+    y, full = height - 10, width - 28
+    return (
+        f'<text x="14" y="{y - 6:g}" font-family="DejaVu Sans, sans-serif" font-size="13">{ends}'
+        f'</text><rect x="14" y="{y:g}" width="{full:g}" height="4" fill="{COLORS["pale"]}"/>'
+        f'<rect x="14" y="{y:g}" width="{full:g}" height="4" fill="{COLORS["grey"]}">'
+        f'<animate attributeName="width" {moving} values="0;{full:g}"/></rect>'
+    )

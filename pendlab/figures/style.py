@@ -1,0 +1,202 @@
+"""One look for every figure: fonts, colours and lines, and the words that go with a picture.
+
+Nothing here changes matplotlib's global settings: figure functions wear ``@styled()``, which applies
+`STYLE` while they run. Figures are Agg figures outside pyplot, so none lingers in memory.
+"""
+
+import base64
+import html
+import io
+from contextlib import contextmanager
+
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+# Okabe and Ito's colours: told apart by readers with any of the common colour deficiencies.
+COLORS = dict(
+    black="#000000",
+    orange="#E69F00",
+    sky="#56B4E9",
+    green="#009E73",
+    yellow="#F0E442",
+    blue="#0072B2",
+    vermillion="#D55E00",
+    purple="#CC79A7",
+    grey="#6B6B6B",
+    pale="#EDEFF2",
+)
+
+STYLE = {
+    "figure.facecolor": "white",
+    "figure.dpi": 100,
+    "savefig.facecolor": "white",
+    # Named, not "sans-serif": the alias is resolved when a figure is drawn, outside the style.
+    "font.family": ["DejaVu Sans"],
+    "font.size": 11,
+    "axes.titlesize": 12,
+    "axes.labelsize": 11,
+    "legend.fontsize": 10,
+    "xtick.labelsize": 10,
+    "ytick.labelsize": 10,
+    "mathtext.fontset": "dejavusans",
+    "axes.facecolor": "white",
+    "axes.edgecolor": COLORS["grey"],
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "grid.color": "#DADADA",
+    "grid.linewidth": 0.7,
+    "lines.linewidth": 1.8,
+    "legend.frameon": True,
+    "legend.framealpha": 0.9,
+    "legend.edgecolor": "none",
+    "svg.hashsalt": "pendlab",
+}
+
+_ANGLE_LOOK = [
+    ("blue", "-"),
+    ("vermillion", "-"),
+    ("green", "-"),
+    ("purple", "-."),
+    ("orange", "-."),
+    ("sky", "-."),
+]
+
+
+def _angle(i):
+    color, linestyle = _ANGLE_LOOK[(i - 1) % len(_ANGLE_LOOK)]
+    label = rf"$\theta_{i}$" if i == 1 else rf"$\theta_{i}-\theta_{i - 1}$"
+    return dict(color=COLORS[color], linestyle=linestyle, label=label)
+
+
+def angle_name(i):
+    """Key in `LINES` of the i-th measured angle: theta1, theta2-theta1, ...
+
+    >>> angle_name(1), angle_name(3)
+    ('theta1', 'theta3-theta2')
+    """
+    return "theta1" if i == 1 else f"theta{i}-theta{i - 1}"
+
+
+def _line(color, linestyle, label, **more):
+    return dict(color=COLORS[color], linestyle=linestyle, label=label, **more)
+
+
+# Signal or curve -> how it is drawn, everywhere. Signals of time and curves of frequency never
+# share axes, so that the colours may serve twice.
+LINES = {
+    **{angle_name(i): _angle(i) for i in range(1, 7)},
+    "rate": _line("purple", "-", r"$\dot\theta_1$"),
+    "u1": _line("black", "-", r"$u_1$"),
+    "u2": _line("orange", "-", r"$u_2$"),
+    "u3": _line("sky", "-", r"$u_3$"),
+    "u4": _line("grey", "-", r"$u_4$"),
+    "u5": _line("green", "-", r"$u_5$"),
+    "reference": _line("grey", "--", "reference", linewidth=1.4),
+    "estimate": _line("sky", ":", "estimate", linewidth=2.2),
+    # curves of frequency, in the paper's line styles
+    "nominal": _line("black", "-", "state feedback, nominal"),
+    "filters": _line("vermillion", "--", "with filters"),
+    "observer2": _line("blue", ":", "observer 2, with filters", linewidth=2.2),
+    "unit circle": _line("grey", "-.", "unit circle", linewidth=1.0),
+    # points
+    "stable": _line("blue", "none", "stable", marker="o", markersize=6),
+    "unstable": _line("vermillion", "none", "unstable", marker="X", markersize=8),
+    "critical": _line("black", "none", "critical point", marker="P", markersize=9, zorder=5),
+}
+
+
+def look(name, **changes):
+    """Keyword arguments for ``ax.plot`` of a signal or curve, with `changes` on top.
+
+    >>> look("theta1", label="link 1")["label"]
+    'link 1'
+
+    Raises
+    ------
+    ValueError : a name that is not in `LINES`
+    """
+    if name not in LINES:
+        raise ValueError(f"name: no look for {name!r}; known are {', '.join(LINES)}.")
+    return {**LINES[name], **changes}
+
+
+@contextmanager
+def styled():
+    """`STYLE` for the time of a function (``@styled()``) or of a block (``with styled():``)."""
+    with rc_context(STYLE):
+        yield
+
+
+class CaptionedFigure(Figure):
+    """A matplotlib figure that carries its words.
+
+    Attributes
+    ----------
+    caption : what the figure claims, one or two sentences
+    alt : what it shows, for readers who do not see it
+
+    At the end of a notebook cell it shows its picture; the caption goes along as plain text.
+    """
+
+    caption = ""
+    alt = ""
+
+    def _repr_mimebundle_(self, include=None, exclude=None):
+        return {"image/png": png(self), "text/plain": self.caption}
+
+
+@styled()
+def new_figure(width=7.0, height=4.0, layout="constrained"):
+    """An empty `CaptionedFigure` of width x height inches on its own Agg canvas."""
+    fig = CaptionedFigure(figsize=(width, height), layout=layout)
+    FigureCanvasAgg(fig)
+    return fig
+
+
+def describe(fig, caption, alt):
+    """Give a figure its caption and alternative text; returns the figure."""
+    fig.caption, fig.alt = " ".join(caption.split()), " ".join(alt.split())
+    return fig
+
+
+def freeze_layout(fig):
+    """Lay the figure out once and keep it: later drawings of a moving figure skip that work."""
+    with styled():
+        fig.draw_without_rendering()
+    fig.set_layout_engine("none")
+    return fig
+
+
+def png(fig, dpi=None, compress_level=6):
+    """The figure as PNG bytes; compress_level 1 is the fast choice for sliders."""
+    buffer = io.BytesIO()
+    with styled():
+        fig.savefig(
+            buffer,
+            format="png",
+            dpi=dpi or fig.dpi,
+            metadata={"Software": None},
+            pil_kwargs={"compress_level": compress_level},
+        )
+    return buffer.getvalue()
+
+
+def html_figure(fig, dpi=None):
+    """The figure as HTML with alternative text and visible caption, image included."""
+    data = base64.b64encode(png(fig, dpi)).decode()
+    return (
+        f'<figure><img alt="{html.escape(fig.alt)}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{html.escape(fig.caption)}</figcaption></figure>"
+    )
+
+
+def save(fig, path, dpi=150):
+    """Write the figure to a file; equal figures give equal files, without date or version."""
+    suffix = str(path).rsplit(".", 1)[-1].lower()
+    undated = {"svg": {"Date": None, "Creator": None}, "png": {"Software": None}}
+    with styled():
+        fig.savefig(path, dpi=dpi, metadata=undated.get(suffix))
+    return path
