@@ -1,0 +1,52 @@
+"""pendlab: balancing and attitude control of double and triple inverted pendulums.
+
+The package carries one control paper (Medrano-Cerda, Eldukhri and Cetin, 1995) from the Lagrangian
+to the rig on the bench. The table below is its contents in the order in which the data flow; each
+name is imported from its module when first used.
+"""
+
+from importlib import import_module
+
+__version__ = "1.0.0"
+
+_CONTENTS = {
+    "parameters": ("Link", "Motor", "Filters", "Pendulum", "load", "rigs"),
+    "lagrange": ("EquationsOfMotion", "derive"),
+    "models": ("linearize", "nonlinear", "energy", "with_filters"),
+    "sampled": ("sample", "align", "alignment_interval", "add_integrator"),
+    "gain": ("lqr",),
+    "observers": ("Observer", "ObserverFamily", "observer", "observer_family", "luenberger"),
+    "controllers": ("Controller", "ControllerState", "controller"),
+    "loop": (
+        "frequency_response",
+        "frequency_grid",
+        "open_loop",
+        "broken_at",
+        "state_feedback_loop",
+        "closed_loop_eigenvalues",
+        "loop_gain",
+        "return_differences",
+        "encirclements",
+        "margins",
+    ),
+    "design": ("Design",),
+    "ledger": ("published",),
+    "paper": ("paper_design",),
+    "verdicts": ("scoreboard",),
+    "figures": ("figure",),
+}
+_HOME = {name: module for module, names in _CONTENTS.items() for name in names}
+
+__all__ = ["__version__", *_HOME]
+
+
+def __getattr__(name):
+    if name not in _HOME:
+        raise AttributeError(f"module 'pendlab' has no attribute {name!r}")
+    value = getattr(import_module(f".{_HOME[name]}", __name__), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__():
+    return sorted(set(globals()) | set(__all__))

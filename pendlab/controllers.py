@@ -1,0 +1,137 @@
+"""The sampled controller: observer, integrator and state feedback, equations (29), (30), (38)."""
+
+from dataclasses import dataclass, field
+from typing import NamedTuple
+
+import control
+import numpy as np
+
+from ._checks import array, found, number, numbers, whole
+from .observers import Observer
+
+
+class ControllerState(NamedTuple):
+    """State between two samples: observer v and integrator w."""
+
+    v: np.ndarray
+    w: np.ndarray
+
+
+@dataclass(frozen=True)
+class Controller:
+    """Observer-based state feedback with integral action.
+
+    v(n+1) = E v(n) + H u(n) + K y(n),   w(n+1) = w(n) + Ts (y_r(n) - y_tracked(n))
+    xhat(n) = L1 y(n) + L2 v(n),         u(n) = -F [xhat(n); w(n)]
+
+    Parameters
+    ----------
+    F : (m, n + number of integrators)
+    observer : Observer for the n-state model with m inputs
+    dt : sampling time Ts, s
+    tracked : indices of the outputs that track references, one integrator each
+    u_max : m voltage limits of step 4, or None for no limits
+
+    The functions `start` and `step` keep no state of their own: equal calls give equal results.
+    """
+
+    F: np.ndarray
+    observer: Observer
+    dt: float
+    tracked: tuple = (1,)
+    u_max: tuple | None = None
+    _limit: np.ndarray | None = field(init=False, repr=False, compare=False, default=None)
+
+    def __post_init__(self):
+        set_ = object.__setattr__
+        if not isinstance(self.observer, Observer):
+            raise TypeError(f"observer: expected a pl.Observer, {found(self.observer)}.")
+        number("dt", self.dt, above=0)
+        tracked = self.tracked if isinstance(self.tracked, (tuple, list)) else (self.tracked,)
+        q = self.observer.K.shape[1]
+        for index in tracked:
+            if whole("tracked", index) >= q:
+                raise ValueError(f"tracked: expected output indices below {q}, {found(index)}.")
+        set_(self, "tracked", tuple(int(index) for index in tracked))
+        n, m = self.observer.T.shape[1], self.observer.H.shape[1]
+        set_(self, "F", array("F", np.atleast_2d(self.F), (m, n + len(self.tracked))))
+        if self.u_max is not None:
+            set_(self, "u_max", numbers("u_max", self.u_max, above=0, count=m, finite=False))
+            set_(self, "_limit", np.array(self.u_max))
+
+    @property
+    def system(self):
+        """control.StateSpace from y to u, so that u = -P(z) y with P(z) of equation (31)."""
+        E, H, K = self.observer.E, self.observer.H, self.observer.K
+        L1, L2 = self.observer.L1, self.observer.L2
+        n, q, p, nw = len(L1), K.shape[1], len(E), len(self.tracked)
+        F_x, F_w = self.F[:, :n], self.F[:, n:]
+        C, D = -np.hstack([F_x @ L2, F_w]), -F_x @ L1  # u = C [v; w] + D y
+        A = np.block([[E, np.zeros((p, nw))], [np.zeros((nw, p)), np.eye(nw)]])
+        select = np.eye(q)[list(self.tracked)]
+        B = np.vstack([K, -self.dt * select])
+        H = np.vstack([H, np.zeros((nw, H.shape[1]))])
+        return control.ss(
+            A + H @ C,
+            B + H @ D,
+            C,
+            D,
+            self.dt,
+            states=[f"v{i + 1}" for i in range(p)] + [f"w{i + 1}" for i in range(nw)],
+            inputs=[f"y{i + 1}" for i in range(q)],
+            outputs=[f"u{i + 1}" for i in range(len(C))],
+            name="controller",
+        )
+
+    def start(self, x0=None):
+        """State before the first sample: v(0) = T x(0) and w(0) = 0; x0 defaults to upright."""
+        n = self.observer.T.shape[1]
+        x0 = np.zeros(n) if x0 is None else array("x0", x0, (n,))
+        return ControllerState(self.observer.T @ x0, np.zeros(len(self.tracked)))
+
+    def estimate(self, state, y):
+        """xhat(n) = L1 y(n) + L2 v(n): step 2."""
+        return self.observer.L1 @ y + self.observer.L2 @ state.v
+
+    def step(self, state, y, y_ref=0.0):
+        """One sample: (u, next state) from the state, the outputs y and the reference y_ref.
+
+        Steps 2 to 6 of the paper's section 5; `y_ref` is a number or one per tracked output.
+        """
+        xhat = self.estimate(state, y)
+        u = -(self.F @ np.concatenate([xhat, state.w]))
+        if self._limit is not None:
+            u = np.minimum(np.maximum(u, -self._limit), self._limit)
+        o = self.observer
+        v = o.E @ state.v + o.H @ u + o.K @ y
+        w = state.w + self.dt * (y_ref - np.asarray(y)[list(self.tracked)])
+        return u, ControllerState(v, w)
+
+
+def controller(F, observer, dt=0.01, tracked=1, kp=None, u_max=None):
+    """The paper's controller from a gain and an observer.
+
+    Parameters
+    ----------
+    F : gain of `pl.lqr`, (m, n + integrators); with `kp` one row less
+    observer : Observer with all m inputs in H
+    dt : sampling time, s
+    tracked : index, or indices, of the outputs with an integrator
+    kp : k_p of the upper motor's position loop, V/rad, which adds the row [k_p C_p C, 0] of
+        equation (38); None where F has a row for every motor
+    u_max : voltage limits of step 4, or None
+
+    Returns
+    -------
+    Controller
+    """
+    F = array("F", np.atleast_2d(F))
+    if not isinstance(observer, Observer):
+        raise TypeError(f"observer: expected a pl.Observer, {found(observer)}.")
+    if kp is not None:
+        # The estimate repeats the measured angles exactly, and the upper one is state number n/2.
+        row = np.zeros((1, F.shape[1]))
+        row[0, len(observer.L1) // 2 - 1] = number("kp", kp)
+        F = np.vstack([F, row])
+    tracked = tracked if isinstance(tracked, (tuple, list)) else (tracked,)
+    return Controller(F, observer, dt, tuple(tracked), u_max)

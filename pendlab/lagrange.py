@@ -1,0 +1,278 @@
+"""Equations of motion of an n-link pendulum, derived by SymPy from its energies (Appendix A).
+
+This is the only module that imports SymPy; `numeric` functions cross the border to NumPy once.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property, lru_cache
+
+import sympy as sp
+
+from ._checks import whole
+
+
+@dataclass(frozen=True)
+class EquationsOfMotion:
+    """Lagrange's equations M(q) dv/dt + bias(q, v) + H u = 0 in absolute angles from upright.
+
+    Attributes
+    ----------
+    q, v, u : angles (rad), angular rates (rad/s), motor voltages (V), as n x 1 or m x 1 matrices
+    parameters : symbols by the names of `Link` and `Motor` fields, such as
+        ``parameters["mass"][0]`` = m1; and ``parameters["g"]``
+    kinetic, potential : energies, J, including the reflected inertia of the rotors
+    dissipation : Rayleigh's function, W (half the power lost to viscous friction)
+    mass_matrix, bias : M(q), n x n, and bias(q, v), n x 1
+    W, M, N, P, H : Appendix A: relative angles are W q, and near upright
+        M d2q/dt2 + N dq/dt + P q + H u = 0
+    """
+
+    q: sp.Matrix
+    v: sp.Matrix
+    u: sp.Matrix
+    parameters: dict
+    kinetic: sp.Expr
+    potential: sp.Expr
+    dissipation: sp.Expr
+    mass_matrix: sp.Matrix
+    bias: sp.Matrix
+    W: sp.Matrix
+    M: sp.Matrix
+    N: sp.Matrix
+    P: sp.Matrix
+    H: sp.Matrix
+
+    @property
+    def energy(self):
+        """Kinetic plus potential energy, J; falls at the rate 2 x dissipation when u = 0."""
+        return self.kinetic + self.potential
+
+    @property
+    def symbols(self):
+        """All parameter symbols as one flat tuple, in the order of `values`."""
+        flat = [s for name, group in self.parameters.items() if name != "g" for s in group]
+        return (*flat, self.parameters["g"])
+
+    def values(self, rig):
+        """The numbers of `rig` for `symbols`."""
+        return parameter_values(rig)
+
+    @cached_property
+    def linear(self):
+        """NumPy function of `symbols` that returns W, M, N, P, H."""
+        return sp.lambdify(self.symbols, [self.W, self.M, self.N, self.P, self.H], cse=True)
+
+    @cached_property
+    def nonlinear(self):
+        """NumPy function of q, v (sequences) and `symbols` that returns mass matrix and bias."""
+        arguments = (list(self.q), list(self.v), self.symbols)
+        return sp.lambdify(arguments, [self.mass_matrix, self.bias], modules="numpy", cse=True)
+
+    @cached_property
+    def total_energy(self):
+        """NumPy function of q, v (sequences) and `symbols` that returns the energy, J."""
+        return sp.lambdify((list(self.q), list(self.v), self.symbols), self.energy, cse=True)
+
+
+# name here -> (field of Link or Motor, the paper's letter)
+LINK_SYMBOLS = {
+    "length": ("length", "l"),
+    "mass": ("mass", "m"),
+    "inertia": ("inertia", "I"),
+    "com": ("com", "a"),
+    "friction": ("friction", "C"),
+}
+MOTOR_SYMBOLS = {
+    "motor_damping": ("damping", "c_p"),
+    "motor_inertia": ("inertia", "I_p"),
+    "motor_gain": ("gain", "G"),
+}
+
+
+def parameter_values(rig):
+    """The numbers of `rig` in the order of `EquationsOfMotion.symbols`."""
+    flat = [getattr(part, name) for name, _ in LINK_SYMBOLS.values() for part in rig.links]
+    flat += [getattr(part, name) for name, _ in MOTOR_SYMBOLS.values() for part in rig.motors]
+    return (*map(float, flat), rig.g)
+
+
+@lru_cache
+def derive(n_links, n_motors):
+    """Equations of motion of a pendulum with `n_links` links and motors on hinges 2 to n_motors+1.
+
+    Lagrange's equations with viscous friction, d/dt dT/dv - dT/dq + dV/dq + dD/dv = Q, where motor
+    i with voltage u_i turns link i+1 with the torque G_i u_i and link i with the opposite one. The
+    rotor's inertia, reflected to the output shaft, turns with the relative rate of its hinge.
+
+    Parameters
+    ----------
+    n_links : whole number >= 2 (1 gives the simple pendulum)
+    n_motors : whole number from 0 (free pendulum) to n_links - 1
+
+    Returns
+    -------
+    EquationsOfMotion
+
+    References
+    ----------
+    Appendix A of the paper, equations (i)-(iii).
+
+    >>> derive(2, 1).H
+    Matrix([
+    [ G1],
+    [-G1]])
+    """
+    n = whole("n_links", n_links, least=1)
+    m = whole("n_motors", n_motors)
+    if m > n - 1:
+        raise ValueError(
+            f"n_motors: {n} links take 0 to {n - 1} motors (hinge 1 is free), found {m}."
+        )
+    q, v, u = _column("theta", n), _column("omega", n), _column("u", m)
+    parameters = {name: _row(letter, n) for name, (_, letter) in LINK_SYMBOLS.items()}
+    parameters |= {name: _row(letter, m) for name, (_, letter) in MOTOR_SYMBOLS.items()}
+    parameters["g"] = g = sp.Symbol("g", positive=True)
+    lengths, masses, inertias, coms, frictions, dampings, rotors, gains = (
+        group for name, group in parameters.items() if name != "g"
+    )
+    W = sp.Matrix(n, n, lambda i, j: int(i == j) - int(i == j + 1))
+    relative_rates = W * v
+
+    # Energies: positions of the centres of mass, their velocities, rotation of links and rotors.
+    kinetic, potential, x_hinge, y_hinge = 0, 0, 0, 0
+    for i in range(n):
+        x = x_hinge + coms[i] * sp.sin(q[i])
+        y = y_hinge + coms[i] * sp.cos(q[i])
+        velocity_squared = _rate(x, q, v) ** 2 + _rate(y, q, v) ** 2
+        kinetic += (masses[i] * velocity_squared + inertias[i] * v[i] ** 2) / 2
+        potential += masses[i] * g * y
+        x_hinge += lengths[i] * sp.sin(q[i])
+        y_hinge += lengths[i] * sp.cos(q[i])
+    kinetic += sum(rotors[i] * relative_rates[i + 1] ** 2 for i in range(m)) / 2
+    dissipation = sum(frictions[i] * relative_rates[i] ** 2 for i in range(n)) / 2
+    dissipation += sum(dampings[i] * relative_rates[i + 1] ** 2 for i in range(m)) / 2
+
+    # cos a cos b + sin a sin b = cos(a - b) folds the mass matrix into its textbook form.
+    mass_matrix = sp.hessian(kinetic, list(v)).applyfunc(_fold)
+    kinetic = sp.expand((v.T * mass_matrix * v)[0] / 2)
+    momentum_bias = (mass_matrix * v).jacobian(q) * v - _gradient(kinetic, q)
+    bias = momentum_bias + _gradient(potential, q) + _gradient(dissipation, v)
+    bias = bias.applyfunc(sp.expand)
+
+    upright = {**dict.fromkeys(q, 0), **dict.fromkeys(v, 0)}
+    return EquationsOfMotion(
+        q=q,
+        v=v,
+        u=u,
+        parameters=parameters,
+        kinetic=kinetic,
+        potential=potential,
+        dissipation=dissipation,
+        mass_matrix=mass_matrix,
+        bias=bias,
+        W=W,
+        M=mass_matrix.subs(upright),
+        N=bias.jacobian(v).subs(upright),
+        P=bias.jacobian(q).subs(upright),
+        H=sp.Matrix(n, m, lambda i, j: gains[j] * (int(i == j) - int(i == j + 1))),
+    )
+
+
+def _row(letter, count):
+    return tuple(sp.Symbol(f"{letter}{i + 1}", positive=True) for i in range(count))
+
+
+def _column(letter, count):
+    return sp.ImmutableMatrix(count, 1, lambda i, _: sp.Symbol(f"{letter}{i + 1}", real=True))
+
+
+def _gradient(scalar, variables):
+    return sp.Matrix([scalar]).jacobian(variables).T
+
+
+def _rate(position, q, v):
+    return (sp.Matrix([position]).jacobian(q) * v)[0]
+
+
+def _fold(entry):
+    """Write sums of products of sines and cosines of two angles as cosines of their difference."""
+    return sp.expand(sp.fu(sp.expand(entry)))
+
+
+def acceleration_source(n_links, n_motors):
+    """Python source of the equations of motion as scalar code, for the simulator.
+
+    Two functions: ``constants(p, c)`` combines the parameters p (order of `symbols`) into the few
+    numbers c that the equations need, once per run; ``accelerate(q, v, Q, c, a)`` solves
+    M(q) a + bias(q, v) = Q for the angular accelerations a under the torques Q on the links.
+    Sines and cosines of differences come from those of the angles, common factors are computed
+    once, and M = L D L' is factored in place.
+
+    Returns
+    -------
+    (source, number of constants)
+    """
+    motion = derive(n_links, n_motors)
+    n, q, v = n_links, list(motion.q), list(motion.v)
+    table = {}  # combined coefficient -> symbol c[k]
+    squares = {v[i] ** 2: sp.Symbol(f"vv{i}") for i in range(n)}
+    sines = {sp.sin(q[i]): sp.Symbol(f"s{i}") for i in range(n)}
+    for i in range(n):
+        for j in range(i + 1, n):
+            sines[sp.sin(q[i] - q[j])] = sp.Symbol(f"s{i}{j}")
+            sines[sp.cos(q[i] - q[j])] = sp.Symbol(f"c{i}{j}")
+
+    def combined(expression):
+        """The expression with each product of parameters summed into one constant."""
+        groups = {}
+        for term in sp.Add.make_args(sp.expand(expression)):
+            factor, moving = term.as_independent(*q, *v)
+            groups[moving] = groups.get(moving, 0) + factor
+        total = 0
+        for moving, factor in groups.items():
+            sign = -1 if factor.could_extract_minus_sign() else 1
+            symbol = table.setdefault(sign * factor, sp.Symbol(f"k{len(table)}"))
+            total += sign * symbol * moving
+        return total.subs({**squares, **sines})
+
+    lower = [(i, j) for i in range(n) for j in range(i + 1)]
+    entries = [combined(motion.mass_matrix[i, j]) for i, j in lower]
+    entries += [combined(motion.bias[i]) for i in range(n)]
+    names = {q[i]: f"q{i}" for i in range(n)} | {v[i]: f"v{i}" for i in range(n)}
+    entries = [entry.subs({old: sp.Symbol(new) for old, new in names.items()}) for entry in entries]
+    shared, entries = sp.cse(entries, symbols=sp.numbered_symbols("x"), order="none")
+
+    body = [f"q{i} = q[{i}]" for i in range(n)] + [f"v{i} = v[{i}]" for i in range(n)]
+    body += [f"k{k} = c[{k}]" for k in range(len(table))]
+    body += [f"vv{i} = v{i} * v{i}" for i in range(n)]
+    body += [f"s{i} = sin(q{i})" for i in range(n)] + [f"c{i} = cos(q{i})" for i in range(n)]
+    for i in range(n):
+        for j in range(i + 1, n):
+            body.append(f"s{i}{j} = s{i} * c{j} - c{i} * s{j}")
+            body.append(f"c{i}{j} = c{i} * c{j} + s{i} * s{j}")
+    body += [f"{name} = {sp.pycode(value)}" for name, value in shared]
+    body += [f"m{i}{j} = {sp.pycode(e)}" for (i, j), e in zip(lower, entries)]
+    body += [f"r{i} = Q[{i}] - ({sp.pycode(e)})" for i, e in enumerate(entries[len(lower) :])]
+    body += _solve(n)
+    combine = [
+        f"c[{k}] = {sp.pycode(factor)}"
+        for factor, k in ((factor, int(str(symbol)[1:])) for factor, symbol in table.items())
+    ]
+    unpack = ", ".join(str(symbol) for symbol in motion.symbols)
+    lines = ["def constants(p, c):", f"    ({unpack}) = p", *(f"    {line}" for line in combine)]
+    lines += ["", "", "def accelerate(q, v, Q, c, a):", *(f"    {line}" for line in body), ""]
+    return "\n".join(lines), len(table)
+
+
+def _solve(n):
+    """Statements that solve m a = r for symmetric m by m = L D L', without square roots."""
+    lines = []
+    for j in range(n):
+        for i in range(j + 1, n):
+            lines.append(f"l{i}{j} = m{i}{j} / m{j}{j}")
+            lines += [f"m{i}{k} -= l{i}{j} * m{k}{j}" for k in range(j + 1, i + 1)]
+            lines.append(f"r{i} -= l{i}{j} * r{j}")
+    for i in reversed(range(n)):
+        known = "".join(f" - l{k}{i} * a{k}" for k in range(i + 1, n))
+        lines.append(f"a{i} = r{i} / m{i}{i}{known}")
+    return lines + [f"a[{i}] = a{i}" for i in range(n)]

@@ -1,0 +1,278 @@
+"""Reduced-order observers with H = TB = 0: all of them, as a null space (section 3)."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import control
+import numpy as np
+from scipy.linalg import null_space, solve_sylvester
+from scipy.optimize import minimize
+
+from ._checks import array
+
+
+@dataclass(frozen=True)
+class Observer:
+    """Reduced-order observer, equation (4), with p states, m inputs, q outputs, n estimates.
+
+    v(n+1) = E v(n) + H u(n) + K y(n),   xhat(n) = L1 y(n) + L2 v(n)
+
+    Parameters
+    ----------
+    E : (p, p), eigenvalues inside the unit circle
+    H : (p, m)
+    T : (p, n), v estimates T x
+    K : (p, q)
+    L1, L2 : (n, q), (n, p), the inverse of [C; T], equation (7)
+
+    Raises
+    ------
+    ValueError : sizes that do not fit, entries that are not finite, E not stable
+    """
+
+    E: np.ndarray
+    H: np.ndarray
+    T: np.ndarray
+    K: np.ndarray
+    L1: np.ndarray
+    L2: np.ndarray
+
+    def __post_init__(self):
+        set_ = object.__setattr__
+        set_(self, "E", dynamics(self.E))
+        p = len(self.E)
+        set_(self, "T", array("T", np.atleast_2d(self.T), (p, None)))
+        n = self.T.shape[1]
+        set_(self, "K", array("K", np.atleast_2d(self.K), (p, None)))
+        set_(self, "H", array("H", self.H, (p, None)))
+        set_(self, "L1", array("L1", self.L1, (n, self.K.shape[1])))
+        set_(self, "L2", array("L2", self.L2, (n, p)))
+
+    def residuals(self, model):
+        """Largest entries of TA - ET - KC, H - TB and [L1 L2][C; T] - I for `model`."""
+        A, B, C = model.A, model.B, model.C
+        return {
+            "TA - ET - KC": np.abs(self.T @ A - self.E @ self.T - self.K @ C).max(),
+            "H - TB": np.abs(self.H - self.T @ B).max(),
+            "L1 C + L2 T - I": np.abs(self.L1 @ C + self.L2 @ self.T - np.eye(len(A))).max(),
+        }
+
+
+def dynamics(E):
+    """E as a stable p x p matrix, from a number, the p diagonal entries or the matrix."""
+    E = array("E", E)
+    E = np.diag(np.atleast_1d(E)) if E.ndim < 2 else array("E", E, (len(E), len(E)))
+    radius = np.abs(np.linalg.eigvals(E)).max()
+    if radius >= 1:
+        raise ValueError(
+            f"E: the observer's eigenvalues must lie inside the unit circle, found one of "
+            f"magnitude {radius:.4g}; choose magnitudes below 1 (the paper: 0.9)."
+        )
+    return E
+
+
+def observer(model, E, T, K):
+    """The `Observer` with H = TB and [L1 L2] the inverse of [C; T], equations (5)-(7).
+
+    Raises
+    ------
+    ValueError : [C; T] singular to working precision, or TA - ET = KC not met
+    """
+    A, B, C = model.A, model.B, model.C
+    E = dynamics(E)
+    T = array("T", np.atleast_2d(T), (len(E), model.nstates))
+    K = array("K", np.atleast_2d(K), (len(E), model.noutputs))
+    gap = np.abs(T @ A - E @ T - K @ C).max()
+    if gap > 1e-6 * (np.abs(T).max() + np.abs(K).max()):
+        raise ValueError(
+            f"T, K: TA - ET = KC must hold, found a gap of {gap:.3g}; take both from "
+            "pl.observer_family(model, E).project(T, K)."
+        )
+    stacked = np.vstack([C, T])
+    if stacked.shape[0] != stacked.shape[1]:
+        raise ValueError(
+            f"E: the observer needs {model.nstates - model.noutputs} states for "
+            f"{model.nstates} plant states and {model.noutputs} outputs, found {len(E)}."
+        )
+    # Row scaling of T is free, so it must not decide what counts as singular.
+    rows = stacked / np.maximum(np.linalg.norm(stacked, axis=1, keepdims=True), 1e-300)
+    if np.linalg.svd(rows, compute_uv=False)[-1] < 1e-10:
+        raise ValueError(
+            "T: [C; T] is singular, so (7) gives no estimate; choose another member of the family."
+        )
+    inverse = np.linalg.inv(stacked)
+    inverse[np.abs(inverse) < 1e-14 * np.abs(inverse).max()] = 0.0
+    H = T @ B
+    H[np.abs(H) < 1e-12 * np.abs(T).max() * np.abs(B).max()] = 0.0  # rounding of T B = 0
+    return Observer(E, H, T, K, inverse[:, : len(C)], inverse[:, len(C) :])
+
+
+def luenberger(model, E, K):
+    """The reduced-order observer for a chosen K: T from TA - ET = KC, and H = TB as it comes.
+
+    Unique when E and A share no eigenvalue; H is zero only for special K.
+    """
+    E = dynamics(E)
+    _apart(model, E)
+    K = array("K", np.atleast_2d(K), (len(E), model.noutputs))
+    return observer(model, E, solve_sylvester(-E, model.A, K @ model.C), K)
+
+
+@dataclass(frozen=True)
+class ObserverFamily:
+    """All (T, K) with TA - ET = KC and TB = 0: the null space of S, equation (12).
+
+    Attributes
+    ----------
+    model, E : what it belongs to
+    S : the Kronecker matrix; S alpha = 0, alpha = the rows of T, then the rows of K
+    basis : (dimension, p (n + q)), orthonormal rows, canonical: the same on every machine
+    """
+
+    model: control.StateSpace
+    E: np.ndarray
+    S: np.ndarray
+    basis: np.ndarray
+
+    @property
+    def dimension(self):
+        return len(self.basis)
+
+    def split(self, alpha):
+        """T (p, n) and K (p, q) from the vector alpha."""
+        p, n = len(self.E), self.model.nstates
+        return alpha[: p * n].reshape(p, n), alpha[p * n :].reshape(p, self.model.noutputs)
+
+    def member(self, coefficients):
+        """The `Observer` with alpha = coefficients . basis; ValueError where [C; T] is singular."""
+        coefficients = array("coefficients", np.atleast_1d(coefficients), (self.dimension,))
+        T, K = self.split(coefficients @ self.basis)
+        return observer(self.model, self.E, T, K)
+
+    def project(self, T, K):
+        """Coefficients of the member nearest to (T, K) in the least-squares sense."""
+        return self.basis @ self._alpha(T, K)
+
+    def distance(self, T, K):
+        """Distance of (T, K) from the null space, relative to the size of (T, K)."""
+        alpha = self._alpha(T, K)
+        residual = alpha - self.basis.T @ (self.basis @ alpha)
+        return float(np.linalg.norm(residual) / max(np.linalg.norm(alpha), 1e-300))
+
+    def _alpha(self, T, K):
+        p = len(self.E)
+        T = array("T", np.atleast_2d(T), (p, self.model.nstates))
+        K = array("K", np.atleast_2d(K), (p, self.model.noutputs))
+        return np.concatenate([T.ravel(), K.ravel()])
+
+    def condition(self, coefficients):
+        """Condition number of [C; T] at `coefficients` (any size of them)."""
+        T, _ = self.split(np.asarray(coefficients) @ self.basis)
+        return float(np.linalg.cond(np.vstack([self.model.C, T])))
+
+    @cached_property
+    def _best(self):
+        cost = lambda c: np.log(min(self.condition(c), 1e300))  # noqa: E731
+        starts = np.random.default_rng(0).standard_normal((8 * self.dimension, self.dimension))
+        start = min(starts, key=cost)
+        found = minimize(
+            cost,
+            start,
+            method="Nelder-Mead",
+            options=dict(xatol=1e-10, fatol=1e-12, maxiter=4000, maxfev=8000),
+        )
+        return found.x
+
+    def best(self):
+        """The member with the best conditioned [C; T]."""
+        return self.member(self._best)
+
+
+def observer_family(model, E):
+    """All reduced-order observers of `model` with dynamics E and H = TB = 0.
+
+    S alpha = 0 with S = [[I x A' - E x I, -I x C'], [I x B', 0]] (x: Kronecker product).
+
+    Parameters
+    ----------
+    model : sampled control.StateSpace, n states, m inputs, q outputs
+    E : number, diagonal entries or matrix of the n - q observer states (complex pairs as real
+        2 x 2 blocks)
+
+    Returns
+    -------
+    ObserverFamily
+
+    Raises
+    ------
+    ValueError : E unstable, of the wrong size, or sharing an eigenvalue with A; no solution with
+        H = 0; no solution with [C; T] regular
+
+    References
+    ----------
+    Equations (5)-(7) and (12) of the paper.
+    """
+    A, B, C = model.A, model.B, model.C
+    n, q = model.nstates, model.noutputs
+    E = dynamics(E)
+    if n - q != len(E):
+        raise ValueError(
+            f"E: {n} states and {q} outputs leave {n - q} to estimate, so E must be "
+            f"{n - q} x {n - q}, found {len(E)} x {len(E)}."
+        )
+    _apart(model, E)
+    S = kronecker_matrix(A, B, C, E)
+    basis = canonical_basis(null_space(S, rcond=1e-10).T)
+    if len(basis) == 0:
+        raise ValueError(
+            "E: no observer with H = TB = 0 exists for this model and E; more outputs than inputs "
+            "are needed, or use pl.luenberger(model, E, K) with H as it comes."
+        )
+    family = ObserverFamily(model, E, S, basis)
+    if family.condition(np.random.default_rng(1).standard_normal(len(basis))) > 1e13:
+        raise ValueError(
+            "E: every T with H = TB = 0 leaves [C; T] singular for this model and E; "
+            "change E, or use pl.luenberger(model, E, K) with H as it comes."
+        )
+    return family
+
+
+def kronecker_matrix(A, B, C, E):
+    """S of equation (12) for alpha = [rows of T, rows of K]."""
+    I_E, I_A = np.eye(len(E)), np.eye(len(A))
+    p, q, m = len(E), len(C), B.shape[1]
+    return np.block(
+        [
+            [np.kron(I_E, A.T) - np.kron(E, I_A), -np.kron(I_E, C.T)],
+            [np.kron(I_E, B.T), np.zeros((p * m, p * q))],
+        ]
+    )
+
+
+def canonical_basis(rows):
+    """An orthonormal basis of the span of orthonormal `rows` that depends on the span alone.
+
+    Gram-Schmidt over the columns of the projector onto the span, largest remaining column first
+    (the earlier one where two agree to nine digits), each vector's largest entry positive.
+    """
+    projector = rows.T @ rows
+    basis = []
+    for _ in range(len(rows)):
+        sizes = np.linalg.norm(projector, axis=0)
+        pivot = int(np.argmax(sizes > sizes.max() * (1 - 1e-9)))
+        vector = projector[:, pivot] / sizes[pivot]
+        basis.append(vector)
+        projector = projector - np.outer(vector, vector)
+        projector = (projector + projector.T) / 2
+    return np.array(basis).reshape(len(rows), rows.shape[1])
+
+
+def _apart(model, E):
+    eigenvalues = np.linalg.eigvals(model.A)
+    for value in np.linalg.eigvals(E):
+        gap = np.abs(eigenvalues - value).min()
+        if gap < 1e-9:
+            raise ValueError(
+                f"E: shares the eigenvalue {value:.6g} with A, so TA - ET = KC does not determine "
+                "T from K; move it a little."
+            )

@@ -1,0 +1,225 @@
+"""Parameters of a pendulum rig: links, motors, filters and limits, read from ``data/rigs``.
+
+Link 1 is the lowest. Hinge i carries link i; motor i drives hinge i+1, and hinge 1 is free.
+"""
+
+import math
+import tomllib
+from dataclasses import dataclass
+from pathlib import Path
+
+from ._checks import found, number, numbers
+
+HERE = Path(__file__).parent
+# In the repository data/ stands beside the package; an installed wheel carries it inside.
+DATA = HERE / "data" if (HERE / "data").is_dir() else HERE.parent / "data"
+
+
+@dataclass(frozen=True)
+class Link:
+    """One rigid link.
+
+    Parameters
+    ----------
+    length : distance between its two hinges, m (of the last link: for drawing only)
+    mass : kg
+    inertia : about the centre of mass, kg m^2
+    com : distance from the lower hinge to the centre of mass, m
+    friction : viscous friction of the lower hinge, N m s
+    """
+
+    length: float
+    mass: float
+    inertia: float
+    com: float
+    friction: float
+
+    def __post_init__(self):
+        for name in ("length", "mass", "inertia", "com"):
+            number(f"Link {name}", getattr(self, name), above=0)
+        number("Link friction", self.friction, least=0)
+
+
+@dataclass(frozen=True)
+class Motor:
+    """One motor with its gearbox, everything seen at the output shaft.
+
+    Parameters
+    ----------
+    damping : viscous friction, N m s
+    inertia : rotor inertia times ratio squared, kg m^2
+    gain : torque per volt, N m / V
+    ratio : gear ratio, turns of the rotor per turn of the shaft
+    """
+
+    damping: float
+    inertia: float
+    gain: float
+    ratio: float
+
+    def __post_init__(self):
+        number("Motor damping", self.damping, least=0)
+        number("Motor inertia", self.inertia, least=0)
+        number("Motor gain", self.gain, above=0)
+        number("Motor ratio", self.ratio, above=0)
+
+
+@dataclass(frozen=True)
+class Filters:
+    """Cut-off frequencies (Hz) of the first-order filters, one per motor voltage and per output."""
+
+    input_hz: tuple
+    output_hz: tuple
+
+    def __post_init__(self):
+        for name in ("input_hz", "output_hz"):
+            object.__setattr__(self, name, numbers(f"Filters {name}", getattr(self, name), above=0))
+
+
+@dataclass(frozen=True)
+class Pendulum:
+    """A rig: n >= 2 links, 1 to n-1 motors (motor i drives hinge i+1), filters and limits.
+
+    Parameters
+    ----------
+    links : n `Link`, the lowest first
+    motors : m `Motor`, 1 <= m <= n-1
+    filters : `Filters` with m inputs and n+1 outputs, or None for a rig without filters
+    u_max : m voltage limits, V
+    g : acceleration of gravity, m/s^2
+    name : for titles and messages
+
+    Raises
+    ------
+    ValueError : numbers of links, motors, filters and limits that do not fit each other
+    """
+
+    links: tuple
+    motors: tuple
+    filters: Filters | None = None
+    u_max: tuple = ()
+    g: float = 9.81
+    name: str = "pendulum"
+
+    def __post_init__(self):
+        object.__setattr__(self, "links", _all(Link, "links", self.links))
+        object.__setattr__(self, "motors", _all(Motor, "motors", self.motors))
+        n, m = self.n_links, self.n_motors
+        if n < 2:
+            raise ValueError(f"links: expected at least 2, found {n}; add a Link.")
+        if not 1 <= m <= n - 1:
+            raise ValueError(
+                f"motors: {n} links take 1 to {n - 1} motors (hinge 1 is free), found {m}."
+            )
+        u_max = self.u_max if len(numbers("u_max", self.u_max)) else (math.inf,) * m
+        object.__setattr__(self, "u_max", numbers("u_max", u_max, above=0, count=m, finite=False))
+        number("g", self.g, above=0)
+        if self.filters is not None:
+            if not isinstance(self.filters, Filters):
+                raise TypeError(f"filters: expected pl.Filters or None, {found(self.filters)}.")
+            numbers("filters.input_hz", self.filters.input_hz, count=m)
+            numbers("filters.output_hz", self.filters.output_hz, count=n + 1)
+
+    @property
+    def n_links(self):
+        return len(self.links)
+
+    @property
+    def n_motors(self):
+        return len(self.motors)
+
+
+def _all(kind, name, items):
+    items = tuple(items)
+    for i, item in enumerate(items, 1):
+        if not isinstance(item, kind):
+            raise TypeError(
+                f"{name}: entry {i} must be a pl.{kind.__name__}, {found(item)}; "
+                f"build it with pl.{kind.__name__}(...)."
+            )
+    return items
+
+
+def rigs():
+    """Names of the rigs in ``data/rigs``."""
+    return sorted(path.stem for path in (DATA / "rigs").glob("*.toml"))
+
+
+def load(name):
+    """A rig by name (``"double"``, ``"triple"``: Tables 2-5) or from the path of a rig file.
+
+    >>> load("double").n_links
+    2
+
+    Raises
+    ------
+    ValueError : unknown rig, or a file with a missing or damaged entry (names file and entry)
+    """
+    path = Path(name)
+    if path.suffix != ".toml":
+        path = DATA / "rigs" / f"{name}.toml"
+        if str(name) not in rigs():
+            raise ValueError(
+                f"name: no rig {name!r} in {path.parent}; known are {', '.join(rigs()) or 'none'}. "
+                f"A path ending in .toml loads a rig of your own."
+            )
+    table = read_toml(path)
+    take = lambda entry, key, unit, where: _entry(path, entry, key, unit, where)  # noqa: E731
+    try:
+        return Pendulum(
+            links=[
+                _part(Link, LINK_UNITS, take, e, f"links {i}") for i, e in _parts(table, "links")
+            ],
+            motors=[
+                _part(Motor, MOTOR_UNITS, take, e, f"motors {i}")
+                for i, e in _parts(table, "motors")
+            ],
+            filters=_part(Filters, FILTER_UNITS, take, table["filters"], "filters")
+            if "filters" in table
+            else None,
+            u_max=take(table.get("limits", {}), "u_max", "V", "limits"),
+            g=take(table, "gravity", "m/s^2", "top level"),
+            name=str(table.get("name", path.stem)),
+        )
+    except (ValueError, TypeError) as problem:
+        if str(path) in str(problem):
+            raise
+        raise ValueError(f"{path}: {problem}") from None
+
+
+LINK_UNITS = dict(length="m", mass="kg", inertia="kg m^2", com="m", friction="N m s")
+MOTOR_UNITS = dict(damping="N m s", inertia="kg m^2", gain="N m/V", ratio="1")
+FILTER_UNITS = dict(input_hz="Hz", output_hz="Hz")
+
+
+def read_toml(path):
+    """A TOML file as a dict; a missing or damaged file is named in the error."""
+    try:
+        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise ValueError(f"{path}: file not found; restore it from the repository.") from None
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
+        raise ValueError(f"{path}: not readable as TOML ({problem}); mend or restore it.") from None
+
+
+def _parts(table, key):
+    parts = table.get(key, [])
+    return enumerate(parts if isinstance(parts, list) else [parts], 1)
+
+
+def _part(kind, units, take, entry, where):
+    return kind(**{key: take(entry, key, unit, where) for key, unit in units.items()})
+
+
+def _entry(path, table, key, unit, where):
+    entry = table.get(key) if isinstance(table, dict) else None
+    if not isinstance(entry, dict) or "value" not in entry:
+        raise ValueError(
+            f"{path}: entry {key!r} of {where} is missing or has no value; "
+            f'write {key} = {{value = ..., unit = "{unit}", source = "..."}}.'
+        )
+    if entry.get("unit") != unit:
+        raise ValueError(
+            f"{path}: entry {key!r} of {where} must be in {unit!r}, found {entry.get('unit')!r}."
+        )
+    return entry["value"]
