@@ -1,0 +1,73 @@
+"""Execute notebooks and store their outputs: the one way in which stored outputs are made.
+
+    python tests/refresh_notebooks.py                     all of notebooks/
+    python tests/refresh_notebooks.py notebooks/02*.ipynb some of them
+
+Each runs in a fresh kernel; an error stops with the cell's message and leaves the file as it was.
+What changes from run to run (timing, widget state, ids) is dropped, so that diffs stay small.
+"""
+
+import sys
+from pathlib import Path
+
+import nbformat
+from nbclient import NotebookClient
+
+ROOT = Path(__file__).parent.parent
+WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
+
+
+def notebooks():
+    """All notebooks of the series, in order."""
+    return sorted((ROOT / "notebooks").rglob("*.ipynb"))
+
+
+def refresh(path):
+    """Execute one notebook in its folder and write it back; True if the file changed."""
+    before = path.read_text(encoding="utf-8")
+    notebook = nbformat.reads(before, as_version=4)
+    for cell in notebook.cells:
+        cell.metadata.pop("execution", None)
+    NotebookClient(
+        notebook,
+        timeout=300,
+        kernel_name="python3",
+        record_timing=False,
+        resources={"metadata": {"path": str(path.parent)}},
+    ).execute()
+    settle(notebook)
+    after = nbformat.writes(notebook) + "\n"
+    path.write_text(after, encoding="utf-8")
+    return after != before
+
+
+def settle(notebook):
+    """Drop what differs from run to run, and join the pieces in which a stream arrived."""
+    notebook.metadata.pop("widgets", None)
+    notebook.metadata["kernelspec"] = {
+        "display_name": "Python 3 (ipykernel)",
+        "language": "python",
+        "name": "python3",
+    }
+    notebook.metadata["language_info"] = {"name": "python"}
+    for number, cell in enumerate(c for c in notebook.cells if c.cell_type == "code"):
+        cell.execution_count = number + 1
+        views = 0
+        for output in cell.outputs:
+            if output.output_type == "execute_result":
+                output.execution_count = number + 1
+            if WIDGET_VIEW in output.get("data", {}):
+                # The id of a live widget means nothing in a file; nbval skips this entry.
+                output.data[WIDGET_VIEW]["model_id"] = f"{cell.id}-{views}"
+                views += 1
+
+
+def main(arguments):
+    paths = [Path(argument).resolve() for argument in arguments] or notebooks()
+    for path in paths:
+        print(f"{path.name} ... ", end="", flush=True)
+        print("changed" if refresh(path) else "unchanged")
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
