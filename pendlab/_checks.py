@@ -47,9 +47,12 @@ def numbers(name, values, above=None, least=None, count=None, finite=True):
 def array(name, value, shape=None, finite=True):
     """`value` as a float array; None in `shape` stands for any size."""
     try:
-        result = np.array(value, dtype=float)
+        result = np.array(value)
+        if result.dtype.kind in "bcSU":  # NumPy would turn these into numbers without a word
+            raise TypeError
+        result = result.astype(float)
     except (TypeError, ValueError):
-        raise TypeError(f"{name}: expected an array of numbers, {found(value)}.") from None
+        raise TypeError(f"{name}: expected an array of real numbers, {found(value)}.") from None
     if shape is not None and (
         result.ndim != len(shape)
         or any(want is not None and want != got for want, got in zip(shape, result.shape))
@@ -59,6 +62,15 @@ def array(name, value, shape=None, finite=True):
     if finite and not np.all(np.isfinite(result)):
         raise ValueError(f"{name}: every entry must be finite, found nan or inf.")
     return result
+
+
+def state_space(name, model):
+    """`model` if it is a control.StateSpace."""
+    from control import StateSpace  # here, so that rigs load without it
+
+    if not isinstance(model, StateSpace):
+        raise TypeError(f"{name}: expected a control.StateSpace, {found(model)}.")
+    return model
 
 
 def whole(name, value, least=0):

@@ -17,7 +17,7 @@ class ControllerState(NamedTuple):
     w: np.ndarray
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Controller:
     """Observer-based state feedback with integral action.
 
@@ -129,9 +129,10 @@ def controller(F, observer, dt=0.01, tracked=1, kp=None, u_max=None):
     if not isinstance(observer, Observer):
         raise TypeError(f"observer: expected a pl.Observer, {found(observer)}.")
     if kp is not None:
-        # The estimate repeats the measured angles exactly, and the upper one is state number n/2.
+        # The estimate repeats the measured angles exactly; the last of m motors drives hinge m+1,
+        # whose angle is state number m counted from 0.
         row = np.zeros((1, F.shape[1]))
-        row[0, len(observer.L1) // 2 - 1] = number("kp", kp)
+        row[0, observer.H.shape[1]] = number("kp", kp)
         F = np.vstack([F, row])
     tracked = tracked if isinstance(tracked, (tuple, list)) else (tracked,)
     return Controller(F, observer, dt, tuple(tracked), u_max)

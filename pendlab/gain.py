@@ -3,7 +3,7 @@
 import control
 import numpy as np
 
-from ._checks import array
+from ._checks import array, state_space
 
 
 def lqr(model, Q, R):
@@ -28,10 +28,11 @@ def lqr(model, Q, R):
     ValueError : weights of the wrong size, sign or symmetry; a mode that no input moves, or one on
         the stability limit that no weight sees
     """
+    state_space("model", model)
     n, m = model.nstates, model.ninputs
     Q, R = weights("Q", Q, n), weights("R", R, m)
     least = np.linalg.eigvalsh(Q)[0]
-    if least < -1e-12 * max(1.0, np.abs(Q).max()):
+    if least < -1e-12 * np.abs(Q).max():
         raise ValueError(
             f"Q: expected a positive semidefinite matrix, found the eigenvalue {least:.4g}; "
             "use weights of zero or more."
@@ -64,7 +65,7 @@ def weights(name, value, size):
             f"{name}: expected a symmetric matrix, found one that differs from its transpose by "
             f"{np.abs(value - value.T).max():.3g}; use ({name} + {name}.T)/2."
         )
-    return value
+    return (value + value.T) / 2
 
 
 def unmoved_modes(A, B, at_least=None, tolerance=1e-9):

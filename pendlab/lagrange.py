@@ -96,7 +96,7 @@ def parameter_values(rig):
     return (*map(float, flat), rig.g)
 
 
-@lru_cache
+@lru_cache(typed=True)  # so that 2.0 is refused whether or not 2 came before
 def derive(n_links, n_motors):
     """Equations of motion of a pendulum with `n_links` links and motors on hinges 2 to n_motors+1.
 

@@ -12,7 +12,8 @@ import numpy as np
 from scipy.linalg import schur
 from scipy.optimize import brentq
 
-from ._checks import array, whole
+from ._checks import array, found, number, state_space, whole
+from .controllers import Controller
 
 ON_CIRCLE = 1e-8  # an eigenvalue this close to the unit circle counts as on it (the integrator)
 
@@ -29,6 +30,7 @@ def frequency_response(system, omega):
     -------
     complex array (N, p, m)
     """
+    state_space("system", system)
     omega = array("omega", np.atleast_1d(omega), (None,))
     return transfer(system, np.exp(1j * omega * system.dt) if system.dt else 1j * omega)
 
@@ -55,8 +57,10 @@ def open_loop(controller, plant):
 
     `controller` is a pl.Controller (u = -P y) and `plant` a sampled model with the same dt.
     """
+    if not isinstance(controller, Controller):
+        raise TypeError(f"controller: expected a pl.Controller, {found(controller)}.")
     system = controller.system
-    if not np.isclose(plant.dt, system.dt):
+    if not np.isclose(state_space("plant", plant).dt, system.dt):
         raise ValueError(
             f"plant: expected one sampled at the controller's {system.dt} s, found dt = "
             f"{plant.dt}; use pl.sample(plant, {system.dt})."
@@ -207,12 +211,14 @@ def _det(loop, z):
 def _segments(opened, closed):
     """Pieces z(t), 0 <= t <= 1, of the upper half contour from z = 1 to z = -1."""
     on = np.abs(np.abs(opened) - 1) <= ON_CIRCLE
-    stops = _distinct(angle for angle in np.angle(opened[on]) if angle > -1e-6)
-    others = np.concatenate([opened[~on], closed])
+    stops = _distinct(np.abs(np.angle(opened[on])))
+    poles = np.exp(1j * np.array(stops))
+    others = np.concatenate([opened[~on], closed, poles, poles.conj()])
     pieces, here = [], 0.0
     for stop in stops:
         pole = np.exp(1j * stop)
-        radius = min(1e-5, 0.1 * np.abs(others - pole).min())
+        distances = np.abs(others - pole)
+        radius = 0.1 * min(1e-4, distances[distances > 1e-12].min())
         half = 2 * np.arcsin(radius / 2)  # the circle is met at the angles stop -+ half
         first, last = max(stop - half, 0.0), min(stop + half, np.pi)
         if first > here:
@@ -241,7 +247,7 @@ def _indentation(pole, radius, first, last, stop):
     """Outward arc round a pole on the unit circle, from e^(j first) to e^(j last)."""
     begin = pole * radius if first == stop else np.exp(1j * first) - pole
     end = pole * radius if last == stop else np.exp(1j * last) - pole
-    turn = np.angle(end / begin)
+    turn = np.angle(end / begin) % (2 * np.pi)  # anticlockwise about the pole: outside the circle
 
     def z_of(t):
         return pole + begin * np.exp(1j * turn * np.asarray(t))
@@ -251,7 +257,7 @@ def _indentation(pole, radius, first, last, stop):
 
 def _distinct(angles):
     kept = []
-    for angle in sorted(max(float(a), 0.0) for a in angles):
+    for angle in sorted(map(float, angles)):
         if not kept or angle - kept[-1] > 1e-6:
             kept.append(angle)
     return kept
@@ -340,7 +346,7 @@ def margins(loop, points=2000):
 
 def frequency_grid(dt, points=1500, lowest=1e-3):
     """Frequencies from `lowest` rad/s to pi/dt: logarithmic below, linear in the top decade."""
-    top = np.pi / dt
+    top = np.pi / number("dt", dt, above=0)
     return np.unique(
         np.concatenate(
             [

@@ -7,7 +7,7 @@ derivatives; the outputs are the relative angles and the rate of the lowest link
 import control
 import numpy as np
 
-from ._checks import array, found, numbers
+from ._checks import array, found, numbers, state_space
 from .lagrange import derive
 from .parameters import Filters, Pendulum
 
@@ -115,7 +115,7 @@ def with_filters(plant, filters):
     -------
     control.StateSpace with m + p more states
     """
-    if plant.dt != 0:
+    if state_space("plant", plant).dt != 0:
         raise ValueError(
             f"plant: filters belong to the continuous model, found one sampled at {plant.dt} s; "
             "append the filters first, then sample."

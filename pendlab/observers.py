@@ -8,10 +8,10 @@ import numpy as np
 from scipy.linalg import null_space, solve_sylvester
 from scipy.optimize import minimize
 
-from ._checks import array
+from ._checks import array, state_space
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Observer:
     """Reduced-order observer, equation (4), with p states, m inputs, q outputs, n estimates.
 
@@ -44,7 +44,7 @@ class Observer:
         set_(self, "T", array("T", np.atleast_2d(self.T), (p, None)))
         n = self.T.shape[1]
         set_(self, "K", array("K", np.atleast_2d(self.K), (p, None)))
-        set_(self, "H", array("H", self.H, (p, None)))
+        set_(self, "H", array("H", np.atleast_2d(self.H), (p, None)))
         set_(self, "L1", array("L1", self.L1, (n, self.K.shape[1])))
         set_(self, "L2", array("L2", self.L2, (n, p)))
 
@@ -58,10 +58,14 @@ class Observer:
         }
 
 
-def dynamics(E):
+def dynamics(E, p=1):
     """E as a stable p x p matrix, from a number, the p diagonal entries or the matrix."""
     E = array("E", E)
-    E = np.diag(np.atleast_1d(E)) if E.ndim < 2 else array("E", E, (len(E), len(E)))
+    if E.size == 0:
+        raise ValueError("E: expected the dynamics of at least one observer state, found none.")
+    if E.ndim == 0:
+        E = np.full(max(p, 1), E)
+    E = np.diag(E) if E.ndim == 1 else array("E", E, (len(E), len(E)))
     radius = np.abs(np.linalg.eigvals(E)).max()
     if radius >= 1:
         raise ValueError(
@@ -78,15 +82,17 @@ def observer(model, E, T, K):
     ------
     ValueError : [C; T] singular to working precision, or TA - ET = KC not met
     """
+    state_space("model", model)
     A, B, C = model.A, model.B, model.C
-    E = dynamics(E)
-    T = array("T", np.atleast_2d(T), (len(E), model.nstates))
+    T = np.atleast_2d(T)
+    E = dynamics(E, len(T))
+    T = array("T", T, (len(E), model.nstates))
     K = array("K", np.atleast_2d(K), (len(E), model.noutputs))
     gap = np.abs(T @ A - E @ T - K @ C).max()
     if gap > 1e-6 * (np.abs(T).max() + np.abs(K).max()):
         raise ValueError(
-            f"T, K: TA - ET = KC must hold, found a gap of {gap:.3g}; take both from "
-            "pl.observer_family(model, E).project(T, K)."
+            f"T, K: TA - ET = KC must hold, found a gap of {gap:.3g}; the nearest that do are "
+            "family.member(family.project(T, K)) with family = pl.observer_family(model, E)."
         )
     stacked = np.vstack([C, T])
     if stacked.shape[0] != stacked.shape[1]:
@@ -95,15 +101,17 @@ def observer(model, E, T, K):
             f"{model.nstates} plant states and {model.noutputs} outputs, found {len(E)}."
         )
     # Row scaling of T is free, so it must not decide what counts as singular.
-    rows = stacked / np.maximum(np.linalg.norm(stacked, axis=1, keepdims=True), 1e-300)
+    sizes = np.maximum(np.linalg.norm(stacked, axis=1), 1e-300)
+    rows = stacked / sizes[:, None]
     if np.linalg.svd(rows, compute_uv=False)[-1] < 1e-10:
         raise ValueError(
             "T: [C; T] is singular, so (7) gives no estimate; choose another member of the family."
         )
-    inverse = np.linalg.inv(stacked)
+    inverse = np.linalg.inv(rows)
     inverse[np.abs(inverse) < 1e-14 * np.abs(inverse).max()] = 0.0
+    inverse = inverse / sizes
     H = T @ B
-    H[np.abs(H) < 1e-12 * np.abs(T).max() * np.abs(B).max()] = 0.0  # rounding of T B = 0
+    H[np.abs(H) < 1e-12 * sizes[len(C) :, None] * np.abs(B).max()] = 0.0  # rounding of T B = 0
     return Observer(E, H, T, K, inverse[:, : len(C)], inverse[:, len(C) :])
 
 
@@ -112,13 +120,15 @@ def luenberger(model, E, K):
 
     Unique when E and A share no eigenvalue; H is zero only for special K.
     """
-    E = dynamics(E)
+    state_space("model", model)
+    K = np.atleast_2d(K)
+    E = dynamics(E, len(K))
+    K = array("K", K, (len(E), model.noutputs))
     _apart(model, E)
-    K = array("K", np.atleast_2d(K), (len(E), model.noutputs))
     return observer(model, E, solve_sylvester(-E, model.A, K @ model.C), K)
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class ObserverFamily:
     """All (T, K) with TA - ET = KC and TB = 0: the null space of S, equation (12).
 
@@ -196,8 +206,8 @@ def observer_family(model, E):
     Parameters
     ----------
     model : sampled control.StateSpace, n states, m inputs, q outputs
-    E : number, diagonal entries or matrix of the n - q observer states (complex pairs as real
-        2 x 2 blocks)
+    E : number (for every state), diagonal entries or matrix of the n - q observer states (complex
+        pairs as real 2 x 2 blocks)
 
     Returns
     -------
@@ -212,9 +222,10 @@ def observer_family(model, E):
     ----------
     Equations (5)-(7) and (12) of the paper.
     """
+    state_space("model", model)
     A, B, C = model.A, model.B, model.C
     n, q = model.nstates, model.noutputs
-    E = dynamics(E)
+    E = dynamics(E, n - q)
     if n - q != len(E):
         raise ValueError(
             f"E: {n} states and {q} outputs leave {n - q} to estimate, so E must be "

@@ -130,7 +130,14 @@ class Pendulum:
 
 
 def _all(kind, name, items):
-    items = tuple(items)
+    if isinstance(items, kind):
+        items = (items,)
+    try:
+        items = tuple(items)
+    except TypeError:
+        raise TypeError(
+            f"{name}: expected a list of pl.{kind.__name__}, {found(items)}."
+        ) from None
     for i, item in enumerate(items, 1):
         if not isinstance(item, kind):
             raise TypeError(
@@ -155,6 +162,8 @@ def load(name):
     ------
     ValueError : unknown rig, or a file with a missing or damaged entry (names file and entry)
     """
+    if not isinstance(name, (str, Path)):
+        raise TypeError(f"name: expected the name of a rig or the path of its file, {found(name)}.")
     path = Path(name)
     if path.suffix != ".toml":
         path = DATA / "rigs" / f"{name}.toml"
@@ -198,6 +207,8 @@ def read_toml(path):
         return tomllib.loads(Path(path).read_text(encoding="utf-8"))
     except FileNotFoundError:
         raise ValueError(f"{path}: file not found; restore it from the repository.") from None
+    except OSError as problem:
+        raise ValueError(f"{path}: cannot be read ({problem.strerror}).") from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as problem:
         raise ValueError(f"{path}: not readable as TOML ({problem}); mend or restore it.") from None
 
@@ -208,7 +219,11 @@ def _parts(table, key):
 
 
 def _part(kind, units, take, entry, where):
-    return kind(**{key: take(entry, key, unit, where) for key, unit in units.items()})
+    values = {key: take(entry, key, unit, where) for key, unit in units.items()}
+    try:
+        return kind(**values)
+    except (ValueError, TypeError) as problem:
+        raise ValueError(f"{where}: {problem}") from None
 
 
 def _entry(path, table, key, unit, where):

@@ -3,7 +3,7 @@
 import control
 import numpy as np
 
-from ._checks import found, number
+from ._checks import found, number, state_space
 
 
 def sample(plant, dt=0.01):
@@ -24,7 +24,7 @@ def sample(plant, dt=0.01):
     ------
     ValueError : dt not above 0, or a plant that is sampled already
     """
-    _state_space("plant", plant)
+    state_space("plant", plant)
     number("dt", dt, above=0)
     if plant.dt != 0:
         raise ValueError(
@@ -37,8 +37,8 @@ def sample(plant, dt=0.01):
 def align(model, kp):
     """`model` with its last motor holding the upper link in line, equations (18) and (19).
 
-    u2 = -k_p (theta3 - theta2), so A becomes A - B2 k_p C_p C and the last input is gone. The
-    uppermost relative angle is the last but one output, before the rate of the lowest link.
+    u2 = -k_p (theta3 - theta2), so A becomes A - B2 k_p C_p C and the last input is gone. Motor i
+    drives hinge i+1, so the angle of the last motor's hinge is output number m counted from 0.
 
     Parameters
     ----------
@@ -49,14 +49,19 @@ def align(model, kp):
     -------
     control.StateSpace with one input less
     """
-    _state_space("model", model)
+    state_space("model", model)
     kp = number("kp", kp)
     if model.ninputs < 2:
         raise ValueError(
             f"model: aligning takes the last of at least 2 inputs, found {model.ninputs}; "
             "a rig with one motor needs no alignment."
         )
-    upper = model.C[model.noutputs - 2]
+    if model.noutputs <= model.ninputs:
+        raise ValueError(
+            f"model: expected the angle of every hinge among the outputs, found {model.noutputs} "
+            f"outputs for {model.ninputs} inputs; use pl.linearize or pl.sample of it."
+        )
+    upper = model.C[model.ninputs]
     return control.ss(
         model.A - kp * np.outer(model.B[:, -1], upper),
         model.B[:, :-1],
@@ -117,17 +122,19 @@ def add_integrator(model, output):
     -------
     control.StateSpace with the integrators' states last, same inputs and outputs
     """
-    _state_space("model", model)
+    state_space("model", model)
     if not model.dt > 0:
         raise ValueError(
             "model: the integrator is a sampled one, found a continuous model; use pl.sample first."
         )
     tracked = output_indices(model, output)
+    if len(set(tracked)) < len(tracked):
+        raise ValueError(f"output: each output takes one integrator, {found(output)}.")
     n, count = model.nstates, len(tracked)
     names = ["w"] if count == 1 else [f"w{i + 1}" for i in range(count)]
     return control.ss(
         np.block([[model.A, np.zeros((n, count))], [-model.dt * model.C[tracked], np.eye(count)]]),
-        np.vstack([model.B, np.zeros((count, model.ninputs))]),
+        np.vstack([model.B, -model.dt * model.D[tracked]]),
         np.hstack([model.C, np.zeros((model.noutputs, count))]),
         model.D,
         model.dt,
@@ -154,8 +161,3 @@ def output_indices(model, output):
                 f"{', '.join(labels)}, {found(item)}."
             )
     return indices
-
-
-def _state_space(name, model):
-    if not isinstance(model, control.StateSpace):
-        raise TypeError(f"{name}: expected a control.StateSpace, {found(model)}.")
