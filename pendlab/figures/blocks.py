@@ -119,8 +119,14 @@ def apparatus_blocks(rig, dt=0.01):
     _box(ax, left, low, "D/A\n12 bit", **tall)
     _box(ax, left, high, f"Input filters\n{into}", **tall, **missing)
     _box(ax, left, top, "Power amplifiers" + limit, **tall)
-    _box(ax, right, top, f"Inverted pendulum\n{n} links, {m} motor{'s' * (m > 1)}", **tall,
-         face="#FBE9DC")  # fmt: skip
+    _box(
+        ax,
+        right,
+        top,
+        f"Inverted pendulum\n{n} links, {m} motor{'s' * (m > 1)}",
+        **tall,
+        face="#FBE9DC",
+    )
     _box(ax, right, high, f"Output amplifiers, filters\n{out}", **tall, **missing)
     _box(ax, right, low, "A/D, multiplexer\n12 bit", **tall)
     half = 0.33
@@ -136,15 +142,19 @@ def apparatus_blocks(rig, dt=0.01):
     _note(ax, left - 0.12, (bottom + low) / 2 - 0.3, f"{m} output{'s' * (m > 1)}", ha="right")
     angles = [look(angle_name(i))["label"] for i in range(1, n + 1)]
     shown = angles if n <= 3 else [angles[0], "…", angles[-1]]
-    _note(ax, middle, (low + high) / 2 + 0.2, "measured:\n" + "\n".join(
-        [*shown, r"$\dot\theta_1$"]), linespacing=1.35)  # fmt: skip
+    _note(
+        ax,
+        middle,
+        (low + high) / 2 + 0.2,
+        "measured:\n" + "\n".join([*shown, r"$\dot\theta_1$"]),
+        linespacing=1.35,
+    )
     _note(ax, right + 0.12, (bottom + low) / 2 - 0.3, f"{n + 1} inputs", ha="left")
     if filters:
         hz = 2.0
         claim = (
-            f"The design neglects the filters, but at {hz:g} Hz, near the crossing frequencies of "
-            f"the loops, an input and an output filter together cost "
-            f"{_filter_lag(filters, hz):.1f} degrees of phase."
+            f"The design neglects the filters, yet at {hz:g} Hz an input and an output filter "
+            f"together cost {_filter_lag(filters, hz):.1f} degrees of phase."
         )
     else:
         claim = "Without filters nothing stands between converters and pendulum but amplifiers."
@@ -170,7 +180,7 @@ def observer_blocks():
     sum_x, obs_sum, y_x = 0.75, 3.62, 6.35
     _box(ax, 4.75, top, r"$C(zI-A)^{-1}B$", width=1.6, face="#FBE9DC")
     _box(ax, sum_x, 2.42, "$F$", width=0.7, height=0.5)
-    _box(ax, 1.62, mid, "$L_2$", width=0.7, height=0.5)
+    _box(ax, 1.5, mid, "$L_2$", width=0.7, height=0.5)
     _box(ax, 2.68, mid, r"$(zI-E)^{-1}$", width=1.12, height=0.5)
     _box(ax, obs_sum, 2.32, "$H$", width=0.7, height=0.46, linestyle="--", face="white")
     _box(ax, 4.75, mid, "$K$", width=0.7, height=0.5)
@@ -191,8 +201,8 @@ def observer_blocks():
     _path(ax, (4.4, mid), (obs_sum + 0.12, mid))
     _sum(ax, obs_sum, mid, {(0.22, 0.2): "+", (-0.2, 0.22): "+"})
     _path(ax, (obs_sum - 0.12, mid), (3.24, mid))
-    _path(ax, (2.12, mid), (1.97, mid))
-    _path(ax, (1.27, mid), (sum_x + 0.12, mid))
+    _path(ax, (2.12, mid), (1.85, mid))
+    _path(ax, (1.15, mid), (sum_x + 0.12, mid))
     _path(ax, (4.4, low), (sum_x, low), (sum_x, mid - 0.12))
     _sum(ax, sum_x, mid, {(0.22, 0.2): "+", (-0.22, -0.24): "+"})
     _path(ax, (sum_x, mid + 0.12), (sum_x, 2.17))
@@ -200,11 +210,13 @@ def observer_blocks():
         (1.5, top + 0.19, "$u_r$"),
         (3.5, top + 0.19, "$u$"),
         (6.0, top + 0.19, "$y$"),
-        (2.045, mid + 0.38, "$v$"),
+        (2.0, mid + 0.19, "$v$"),
         (sum_x - 0.2, 1.97, r"$\hat x$"),
     ]:
         _note(ax, x, y, text, fontsize=13)
-    _note(ax, 4.1, 2.32, "vanishes when\n$H = TB = 0$", ha="left", fontsize=10, color=COLORS["grey"])
+    _note(
+        ax, 4.1, 2.32, "vanishes when\n$H = TB = 0$", ha="left", fontsize=10, color=COLORS["grey"]
+    )
     _note(ax, 4.75, top + 0.47, "plant $G(z)$", fontsize=10)
     return describe(
         fig,
@@ -227,9 +239,7 @@ def triple_loops():
     fig, ax = canvas(7, 3.9)
     row1, row2, inner, outer = 3.2, 2.4, 1.4, 0.55
     col1, col2, block, total, y_x = 0.5, 1.15, 4.1, 5.5, 6.3
-    for i, (row, cut, col, name) in enumerate(
-        [(row1, 2.2, col1, "X"), (row2, 2.2, col2, "XX")], 1
-    ):
+    for i, (row, cut, col, name) in enumerate([(row1, 2.2, col1, "X"), (row2, 2.2, col2, "XX")], 1):
         _sum(ax, col, row, {(-0.2, -0.27): "$-$"})
         _path(ax, (col + 0.12, row), (block - 0.5, row))
         _cut(ax, cut, row, name, name)

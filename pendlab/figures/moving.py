@@ -72,7 +72,7 @@ def draw_pendulum(ax, rig, angles):
     """Draw the rig at relative angles and return ``update(angles)``, which moves the drawing.
 
     Links wear the colour of their angle; a filled hinge has a motor, an open one is free. The axes
-    are fixed so that any attitude fits. ``update`` returns the moved artists, for blitting.
+    are fixed and hold every attitude above the ground. ``update`` returns the moved artists, for blitting.
 
     Parameters
     ----------
@@ -86,7 +86,7 @@ def draw_pendulum(ax, rig, angles):
     ax.set_axis_off()
     ax.set_aspect("equal")
     ax.set_xlim(-1.08 * reach, 1.08 * reach)
-    ax.set_ylim(-1.08 * reach, 1.08 * reach)
+    ax.set_ylim(-0.15 * reach, 1.08 * reach)
     ax.plot([-0.15 * reach, 0.15 * reach], [0, 0], color=COLORS["grey"], linewidth=3, zorder=1)
     ax.plot([0, 0], [0, 1.04 * reach], color=COLORS["grey"], linewidth=0.8, linestyle=":", zorder=1)
     links = [
@@ -188,9 +188,7 @@ def _to_pixels(rig, points, width, height):
     right, high = np.maximum(points.max(axis=(0, 1)), [0.3 * reach, reach])
     margin = 14
     scale = min((width - 2 * margin) / (right - left), (height - BAR - 2 * margin) / (high - low))
-    origin = np.array(
-        [width / 2 - scale * (left + right) / 2, height - BAR - margin + scale * low]
-    )
+    origin = np.array([width / 2 - scale * (left + right) / 2, height - BAR - margin + scale * low])
     return origin + scale * points * [1, -1], origin
 
 
@@ -205,7 +203,9 @@ def _moving_link(ends, color, moving):
 
 def _moving_hinge(centres, fill, moving):
     x, y = centres[0]
-    circle = f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="black" stroke-width="2"'
+    circle = (
+        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="black" stroke-width="2"'
+    )
     if np.ptp(centres, axis=0).max() == 0:
         return circle + "/>"
     path = "".join(

@@ -188,7 +188,7 @@ def html_figure(fig, dpi=None):
     """The figure as HTML with alternative text and visible caption, image included."""
     data = base64.b64encode(png(fig, dpi)).decode()
     return (
-        f'<figure><img alt="{html.escape(fig.alt)}" src="data:image/png;base64,{data}">'
+        f'<figure><img alt="{html.escape(fig.alt)}" src="data:image/png;base64,{data}"/>'
         f"<figcaption>{html.escape(fig.caption)}</figcaption></figure>"
     )
 
