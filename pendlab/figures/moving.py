@@ -46,7 +46,7 @@ def joints(rig, angles):
         angle leans to the right
 
     >>> from pendlab.parameters import load
-    >>> joints(load("double"), [0.0, 0.0])[:, 1].tolist()
+    >>> joints(load("double"), [0.0, 0.0])[:, 1].round(3).tolist()
     [0.0, 0.174, 0.674]
     """
     n = check_rig(rig).n_links
