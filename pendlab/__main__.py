@@ -1,0 +1,55 @@
+"""``python -m pendlab``: recompute the paper without a screen."""
+
+import argparse
+import sys
+from pathlib import Path
+
+
+def main(arguments=None):
+    """Run one command; the exit code is 0 unless something that should hold does not."""
+    parser = argparse.ArgumentParser(prog="python -m pendlab", description=__doc__)
+    commands = parser.add_subparsers(dest="command", metavar="command")
+    add_report(commands)
+    parser.set_defaults(run=report, folder=Path("pendlab-report"))
+    options = parser.parse_args(arguments)
+    try:
+        return options.run(options)
+    except (ValueError, OSError) as problem:
+        print(f"pendlab: {problem}", file=sys.stderr)
+        return 2
+
+
+def add_report(commands):
+    parser = commands.add_parser("report", help="scoreboard and all figures (the default)")
+    parser.add_argument(
+        "--folder",
+        type=Path,
+        default=Path("pendlab-report"),
+        help="where the figures go (default: %(default)s)",
+    )
+    parser.set_defaults(run=report)
+
+
+def report(options):
+    """Scoreboard on the screen, figures as PNG and SVG in a folder."""
+    from .figures import FIGURES, figure, save
+    from .verdicts import DIFFERS, scoreboard
+
+    print("Recomputing every printed number ...", flush=True)
+    board = scoreboard()
+    print(board, flush=True)
+    options.folder.mkdir(parents=True, exist_ok=True)
+    print()
+    for count, number in enumerate(FIGURES, 1):
+        drawn = figure(number)
+        save(drawn, options.folder, f"fig{number:02d}")
+        print(f"[{count:2d}/{len(FIGURES)}] {drawn.caption}", flush=True)
+    print(f"\nFigures are in {options.folder.resolve()} as PNG and SVG.")
+    wrong = board.totals[DIFFERS]
+    if wrong:
+        print(f"{wrong} printed numbers that should hold do not: see {DIFFERS} above.")
+    return 1 if wrong else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
