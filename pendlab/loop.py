@@ -5,6 +5,7 @@ A loop is a square control.StateSpace L with closed loop u = -L u: L = P G broke
 """
 
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import NamedTuple
 
 import control
@@ -213,7 +214,10 @@ def _segments(opened, closed):
     on = np.abs(np.abs(opened) - 1) <= ON_CIRCLE
     stops = _distinct(np.abs(np.angle(opened[on])))
     poles = np.exp(1j * np.array(stops))
-    others = np.concatenate([opened[~on], closed, poles, poles.conj()])
+    off = np.concatenate([opened[~on], closed])
+    others = np.concatenate([off, poles, poles.conj()])
+    # The curve turns fast where an eigenvalue is near; arcs begin there, as they are dense at ends.
+    near = _distinct(np.abs(np.angle(off[np.abs(np.abs(off) - 1) < 0.3])))
     pieces, here = [], 0.0
     for stop in stops:
         pole = np.exp(1j * stop)
@@ -222,16 +226,23 @@ def _segments(opened, closed):
         half = 2 * np.arcsin(radius / 2)  # the circle is met at the angles stop -+ half
         first, last = max(stop - half, 0.0), min(stop + half, np.pi)
         if first > here:
-            pieces.append(_arc_of_circle(here, first))
+            pieces += _arcs(here, first, near)
         pieces.append(_indentation(pole, radius, first, last, stop))
         here = last
     if here < np.pi:
-        pieces.append(_arc_of_circle(here, np.pi))
+        pieces += _arcs(here, np.pi, near)
     return pieces
 
 
+def _arcs(start, stop, near):
+    """Arcs of the circle from start to stop, parted at the angles `near`."""
+    inside = [angle for angle in near if start + 1e-6 < angle < stop - 1e-6]
+    corners = [start, *inside, stop]
+    return [_arc_of_circle(a, b) for a, b in pairwise(corners)]
+
+
 def _arc_of_circle(start, stop):
-    """Angles from start to stop, dense towards both ends, where the poles near z = 1 act."""
+    """Angles from start to stop, dense towards both ends."""
 
     def z_of(t):
         t = np.asarray(t)

@@ -135,9 +135,7 @@ def _all(kind, name, items):
     try:
         items = tuple(items)
     except TypeError:
-        raise TypeError(
-            f"{name}: expected a list of pl.{kind.__name__}, {found(items)}."
-        ) from None
+        raise TypeError(f"{name}: expected a list of pl.{kind.__name__}, {found(items)}.") from None
     for i, item in enumerate(items, 1):
         if not isinstance(item, kind):
             raise TypeError(
