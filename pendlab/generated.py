@@ -72,7 +72,10 @@ def kernel_text(n_links, n_motors):
 
 
 def cache_folders():
-    """Where generated code may be kept, best first."""
+    """Where generated code may be kept, best first; PENDLAB_CACHE names another folder.
+
+    No shared temporary folder: what another user could write must not be run.
+    """
     if "PENDLAB_CACHE" in os.environ:
         yield Path(os.environ["PENDLAB_CACHE"])
     base = os.environ.get("LOCALAPPDATA") or os.environ.get("XDG_CACHE_HOME")
@@ -80,8 +83,6 @@ def cache_folders():
         yield (Path(base) if base else Path.home() / ".cache") / "pendlab"
     except RuntimeError:  # no home folder
         pass
-    user = os.getuid() if hasattr(os, "getuid") else os.environ.get("USERNAME", "user")
-    yield Path(tempfile.gettempdir()) / f"pendlab-{user}"
 
 
 def _cached(name, write):
@@ -127,6 +128,6 @@ def _compile(module, cache):
 @lru_cache
 def _say_once(reason):
     warnings.warn(
-        f"pendlab simulates without numba ({reason}): same results, about a hundred times slower.",
+        f"pendlab simulates without numba ({reason}): same results, more slowly.",
         stacklevel=2,
     )
