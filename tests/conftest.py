@@ -1,0 +1,40 @@
+"""Rigs and designs that many tests share."""
+
+import pytest
+from hypothesis import settings
+
+import pendlab as pl
+
+# The same examples on every machine and every run; designs take too long for a deadline.
+settings.register_profile("pendlab", derandomize=True, deadline=None, max_examples=20, database=None)
+settings.load_profile("pendlab")
+
+
+@pytest.fixture(scope="session")
+def double():
+    return pl.load("double")
+
+
+@pytest.fixture(scope="session")
+def triple():
+    return pl.load("triple")
+
+
+@pytest.fixture(params=["double", "triple"])
+def rig(request):
+    return request.getfixturevalue(request.param)
+
+
+@pytest.fixture(scope="session")
+def double_design():
+    return pl.paper_design("double")
+
+
+@pytest.fixture(scope="session")
+def triple_design():
+    return pl.paper_design("triple")
+
+
+@pytest.fixture(params=["double", "triple"])
+def design(request):
+    return request.getfixturevalue(f"{request.param}_design")
