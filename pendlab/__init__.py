@@ -33,6 +33,10 @@ _CONTENTS = {
     "ledger": ("published",),
     "paper": ("paper_design",),
     "verdicts": ("scoreboard",),
+    "imperfections": ("Imperfections", "Pulse", "bench_imperfections", "bench_start"),
+    "simulation": ("Run", "simulate"),
+    "many": ("Runs", "simulate_many"),
+    "c_export": ("to_c",),
     "figures": ("figure",),
 }
 _HOME = {name: module for module, names in _CONTENTS.items() for name in names}

@@ -1,0 +1,110 @@
+"""The exported C controller against the Python one, sample by sample."""
+
+import dataclasses
+import shutil
+import subprocess
+
+import numpy as np
+import pytest
+
+import pendlab as pl
+
+COMPILER = next((c for c in ("cc", "gcc", "clang") if shutil.which(c)), None)
+needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler (cc, gcc or clang)")
+
+# Reads the initial state, then y and y_ref per sample; writes u.
+MAIN = """
+#include <stdio.h>
+int main(void)
+{
+    pendulum_state s;
+    pendulum_real x0[PENDULUM_STATES], y[PENDULUM_OUTPUTS], r[PENDULUM_TRACKED], u[PENDULUM_MOTORS];
+    double value;
+    for (int i = 0; i < PENDULUM_STATES; i++) {
+        if (scanf("%lf", &value) != 1) return 1;
+        x0[i] = (pendulum_real)value;
+    }
+    pendulum_init(&s, x0);
+    for (;;) {
+        for (int i = 0; i < PENDULUM_OUTPUTS + PENDULUM_TRACKED; i++) {
+            if (scanf("%lf", &value) != 1) return 0;
+            if (i < PENDULUM_OUTPUTS) y[i] = (pendulum_real)value;
+            else r[i - PENDULUM_OUTPUTS] = (pendulum_real)value;
+        }
+        pendulum_step(&s, y, r, u);
+        for (int i = 0; i < PENDULUM_MOTORS; i++) printf("%.17g ", (double)u[i]);
+        printf("\\n");
+    }
+}
+"""
+
+
+def run_in_c(source, folder, x0, rows):
+    (folder / "main.c").write_text(source + MAIN)
+    subprocess.run(
+        [COMPILER, "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "main.c", "-o",
+         "main"], cwd=folder, check=True, capture_output=True, text=True,
+    )  # fmt: skip
+    text = "\n".join(" ".join(map(repr, map(float, row))) for row in [x0, *rows])
+    out = subprocess.run([folder / "main"], input=text, capture_output=True, text=True, check=True)
+    return np.array([line.split() for line in out.stdout.splitlines()], dtype=float)
+
+
+@pytest.fixture(scope="module")
+def recorded():
+    """A run of the triple with everything on, pushed until its amplifiers saturate."""
+    rig, controller = pl.load("triple"), pl.paper_design("triple").controller
+    bench = dataclasses.replace(pl.bench_imperfections(rig), voltage_resolution=0.0, offset=0.0)
+    run = pl.simulate(
+        rig, controller, 8.0, initial=(0.01, -0.01, 0.0), reference=lambda t: 0.1 * (t > 4),
+        imperfections=bench, disturbance=pl.Pulse(3, 1.0, 0.1, 0.4),
+    )  # fmt: skip
+    assert not run.fell and run.saturated[1] > 0
+    return controller, run
+
+
+@needs_compiler
+def test_whole_run_equals_the_python_controller(recorded, tmp_path):
+    controller, run = recorded
+    x0 = np.concatenate([run.y[0, :3], np.zeros(3)])
+    state, expected = controller.start(x0), []
+    for y, y_ref in zip(run.y, run.y_ref):
+        u, state = controller.step(state, y, y_ref)
+        expected.append(u)
+    rows = np.hstack([run.y, run.y_ref])
+    u = run_in_c(pl.to_c(controller), tmp_path, x0, rows)
+    np.testing.assert_allclose(u, expected, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(u, run.u, rtol=0, atol=1e-11)
+
+
+@needs_compiler
+def test_single_precision_stays_close(recorded, tmp_path):
+    controller, run = recorded
+    x0 = np.concatenate([run.y[0, :3], np.zeros(3)])
+    rows = np.hstack([run.y, run.y_ref])
+    u = run_in_c(pl.to_c(controller, single=True), tmp_path, x0, rows)
+    error = np.abs(u - run.u).max()
+    assert 0 < error < 1e-2  # volts; a float carries seven digits and L holds entries near 5e3
+
+
+def test_file_is_written_and_needs_no_allocation(tmp_path):
+    controller = pl.paper_design("double").controller
+    source = pl.to_c(controller, tmp_path / "controller.c", single=True)
+    assert (tmp_path / "controller.c").read_text() == source
+    assert "malloc" not in source and "double" not in source.split("*/", 1)[1]
+
+
+def test_controller_without_limits_writes_none():
+    controller = dataclasses.replace(pl.paper_design("double").controller, u_max=None)
+    assert "u_max" not in pl.to_c(controller)
+
+
+@pytest.mark.parametrize("name", ["2nd", "my-controller", "größe", 3])
+def test_bad_prefix_is_named(name):
+    with pytest.raises(ValueError, match="name: expected a C identifier"):
+        pl.to_c(pl.paper_design("double").controller, name=name)
+
+
+def test_other_objects_are_refused():
+    with pytest.raises(TypeError, match="controller: expected a pl.Controller"):
+        pl.to_c(pl.load("double"))
