@@ -1,1 +1,94 @@
-"""The figures of the paper, drawn from a rig and a design."""
+"""The figures of the paper, drawn from a rig and a design that can be changed.
+
+`figure` gives any of them by its number, `show` displays one with its caption in a notebook, `save`
+writes it as PNG and SVG.
+"""
+
+import html
+import re
+from pathlib import Path
+
+from .._checks import found
+from ..design import Design
+from ..parameters import load
+from . import loops, schematics, style
+from .style import new_figure
+
+__all__ = ["figure", "new_figure", "save", "show"]
+
+# Number -> the function that draws it and the paper's rig for it.
+OF_A_RIG = {
+    1: (schematics.apparatus, "triple"),
+    2: (schematics.schematic, "double"),
+    3: (schematics.schematic, "triple"),
+    4: (schematics.apparatus_blocks, "triple"),
+}
+OF_NOTHING = {5: schematics.observer_blocks, 9: schematics.triple_loops}
+OF_A_DESIGN = {
+    6: loops.fig6,
+    7: loops.fig7,
+    8: loops.fig8,
+    10: loops.fig10,
+    11: loops.fig11,
+    12: loops.fig12,
+    13: loops.fig13,
+    14: loops.fig14,
+}
+
+
+def figure(number, design=None, **options):
+    """A figure of the paper as a matplotlib Figure with ``.caption`` and ``.alt``.
+
+    Parameters
+    ----------
+    number : the paper's number
+    design : Design, by default the paper's; for the drawings 1 to 4 a Pendulum too. The diagrams
+        5 and 9 are the same for every design.
+    options : passed on to the function that draws it, such as ``angles`` of 2 and 3, ``kps`` of 6,
+        ``other`` of 8
+
+    Raises
+    ------
+    ValueError : a number without a figure here, or a design that has not what the figure shows
+
+    >>> figure(5).caption[:6]
+    'Fig 5.'
+    """
+    if number in OF_A_RIG:
+        draw, name = OF_A_RIG[number]
+        rig = load(name) if design is None else design
+        return draw(rig.rig if isinstance(rig, Design) else rig, **options)
+    if number in OF_NOTHING:
+        return OF_NOTHING[number](**options)
+    if number in OF_A_DESIGN:
+        return OF_A_DESIGN[number](design, **options)
+    known = sorted([*OF_A_RIG, *OF_NOTHING, *OF_A_DESIGN])
+    raise ValueError(
+        f"number: expected a figure of the paper, one of {', '.join(map(str, known))}, {found(number)}."
+    )
+
+
+def show(fig):
+    """Display a figure in a notebook: the picture, then caption and folded description as text."""
+    from IPython.display import Markdown, display
+
+    caption = getattr(fig, "caption", "")
+    alt = getattr(fig, "alt", "")
+    bundle = {"image/png": style.png(fig), "text/plain": caption}
+    display(bundle, raw=True, metadata={"image/png": {"alt": alt}})
+    words = re.sub(r"^(Fig \d+\.)", r"**\1**", caption)
+    folded = f"<details><summary>Description</summary>{html.escape(alt)}</details>" if alt else ""
+    if words or folded:
+        display(Markdown(f"{words}\n\n{folded}".strip()))
+
+
+def save(fig, folder, name):
+    """Write ``name.png`` and ``name.svg`` into `folder`; equal figures give equal files.
+
+    Returns
+    -------
+    the two paths
+    """
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    return tuple(style.save(fig, folder / f"{name}.{suffix}") for suffix in ("png", "svg"))
