@@ -37,7 +37,10 @@ _CONTENTS = {
     "simulation": ("Run", "simulate"),
     "many": ("Runs", "simulate_many"),
     "c_export": ("to_c",),
-    "figures": ("figure",),
+    "figures": ("figure", "show", "save", "new_figure"),
+    "checks": ("check", "Verdict"),
+    "own_rig": ("my_rig",),
+    "panel": ("Panel", "Slider", "Switch", "Choice", "View"),
 }
 _HOME = {name: module for module, names in _CONTENTS.items() for name in names}
 

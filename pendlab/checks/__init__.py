@@ -1,0 +1,64 @@
+"""Checks of exercises: right, or a hint about this mistake; never the answer.
+
+One module per notebook (``nb02`` for notebook 02, ``nbA``, ``hw1`` for homework 1) with one function
+``exercise_k(answer, ..., rig)`` per exercise, which computes the truth and returns a `Verdict`.
+"""
+
+from importlib import import_module, resources
+
+from .judging import Verdict
+
+__all__ = ["Verdict", "check"]
+
+
+def check(exercise, *answer, rig=None):
+    """Check the answer to an exercise.
+
+    Parameters
+    ----------
+    exercise : its number as in the notebook, such as ``"02.1"``, ``"A.3"`` or ``"hw4.2"``
+    answer : what the exercise asks for, in SI units and radians
+    rig : the Pendulum it was worked out for; the exercise's own where None
+
+    Returns
+    -------
+    Verdict : shows "right" or a hint; true where right. An answer of the wrong kind or shape gives
+        a hint too, never an error.
+    """
+    function = _function(exercise)
+    try:
+        return function(*answer, rig=rig)
+    except (
+        ValueError,
+        TypeError,
+        ArithmeticError,
+        AttributeError,
+        IndexError,
+        KeyError,
+    ) as problem:
+        return Verdict(False, f"This answer cannot be checked: {problem}")
+
+
+def exercises():
+    """All exercise numbers that have a check, in order."""
+    found = []
+    for path in sorted(resources.files(__name__).iterdir(), key=lambda path: path.name):
+        if path.name.startswith(("nb", "hw")) and path.name.endswith(".py"):
+            module = import_module(f".{path.name[:-3]}", __name__)
+            part = path.name[:-3].removeprefix("nb")
+            numbers = [
+                int(name.split("_")[1]) for name in vars(module) if name.startswith("exercise_")
+            ]
+            found += [f"{part}.{number}" for number in sorted(numbers)]
+    return found
+
+
+def _function(exercise):
+    part, _, number = str(exercise).partition(".")
+    module = part if part.startswith("hw") else f"nb{part}"
+    try:
+        return getattr(import_module(f".{module}", __name__), f"exercise_{number}")
+    except (ImportError, AttributeError):
+        raise ValueError(
+            f"exercise: no check for {exercise!r}; there are {', '.join(exercises())}."
+        ) from None

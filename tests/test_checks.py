@@ -1,0 +1,93 @@
+"""The judge of exercises and the students' own rigs."""
+
+import numpy as np
+import pytest
+
+import pendlab as pl
+from pendlab.checks import exercises
+from pendlab.checks.judging import choose, compare
+from pendlab.design import Design
+
+
+@pytest.mark.parametrize(
+    ("answer", "hint"),
+    [
+        (-2.0, "sign"),
+        (np.degrees(2.0), "degrees"),
+        (2.0 / (2 * np.pi), "hertz"),
+        (0.5, "upside down"),
+        (2.1, "near"),
+        (np.nan, "nan"),
+        ([2.0, 2.0], "shape"),
+        (2.0 + 1.0j, "complex"),
+        (77.0, "too large"),
+    ],
+)
+def test_hint_names_the_mistake(answer, hint):
+    verdict = compare("x", answer, 2.0)
+    assert not verdict
+    assert hint in verdict.message
+
+
+def test_right_within_tolerance_only():
+    assert compare("x", 2.0001, 2.0)
+    assert not compare("x", 2.01, 2.0)
+
+
+def test_arrays_transposed_reversed_and_wrong_entry():
+    truth = np.array([[1.0, 2.0], [3.0, 4.0]])
+    assert "transposed" in compare("A", truth.T, truth).message
+    assert "order" in compare("v", [3.0, 1.0], [1.0, 3.0]).message
+    assert "(1, 0)" in compare("A", [[1, 2], [9, 4]], truth).message
+
+
+def test_hints_do_not_give_the_answer():
+    for wrong in (-1.2345, 70.73, 0.1965, 9.0, "abc"):
+        try:
+            message = compare("x", wrong, 1.2345).message
+        except TypeError as problem:
+            message = str(problem)
+        assert "1.2345" not in message
+
+
+def test_choice_explains_the_wrong_word():
+    assert choose("end", "Upper", "upper", {"lower": "That one shrinks."})
+    assert choose("end", "lower", "upper", {"lower": "That one shrinks."}).message.startswith("That")
+    assert "one of lower, upper" in choose("end", "left", "upper", {"lower": "no"}).message
+
+
+def test_every_check_takes_nonsense_without_an_error():
+    assert exercises()
+    for number in exercises():
+        for nonsense in (None, "?", np.nan, [], {}, np.zeros((7, 3)), 1e300):
+            verdict = pl.check(number, nonsense)
+            assert isinstance(verdict, pl.Verdict)
+            assert verdict.message
+
+
+def test_unknown_exercise_names_the_known_ones():
+    with pytest.raises(ValueError, match="no check for '99.1'; there are"):
+        pl.check("99.1", 1)
+
+
+def test_my_rig_is_the_same_for_the_same_name_and_differs_between_names():
+    assert pl.my_rig("Anna") == pl.my_rig(" anna ")
+    assert pl.my_rig("Anna") != pl.my_rig("Bela")
+    assert pl.my_rig(7, "triple").links[0] != pl.my_rig(7).links[0]
+    # A fixed stream: this number must not change between machines and NumPy versions.
+    assert pl.my_rig("anna").links[0].length == pytest.approx(0.1830, abs=2e-3)
+
+
+@pytest.mark.parametrize("base", ["double", "triple"])
+def test_my_rig_is_balanced_by_the_papers_weights_with_filters(base):
+    paper = pl.paper_design(base)
+    for who in range(60):
+        design = Design(pl.my_rig(who, base), paper.Q, paper.R, paper.E, paper.kp)
+        assert abs(pl.closed_loop_eigenvalues(design.filtered_loop)[0]) < 1
+
+
+def test_my_rig_bad_input():
+    with pytest.raises(ValueError, match="who"):
+        pl.my_rig(" ")
+    with pytest.raises(ValueError, match="spread"):
+        pl.my_rig("a", spread=0.5)
