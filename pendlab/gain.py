@@ -78,7 +78,7 @@ def unmoved_modes(A, B, at_least=None, tolerance=1e-9):
             for value in np.linalg.eigvals(A)
             if (at_least is None or at_least(value))
             and np.linalg.svd(np.hstack([A - value * np.eye(n), B]), compute_uv=False)[-1]
-            < tolerance * scale
+            <= tolerance * scale
         ]
     )
 

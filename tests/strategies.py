@@ -36,7 +36,7 @@ def motors(draw):
 
 @st.composite
 def rigs(draw, n_links=st.integers(2, 4), least_motors=1):
-    """Any rig; `least_motors` is a number, or a function of the number of links.
+    """Any rig; `least_motors` is a number, or a function of the number of links."""
     n = draw(n_links)
     least = least_motors(n) if callable(least_motors) else min(least_motors, n - 1)
     m = draw(st.integers(least, n - 1))
