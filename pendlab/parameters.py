@@ -111,7 +111,7 @@ class Pendulum:
             raise ValueError(
                 f"motors: {n} links take 1 to {n - 1} motors (hinge 1 is free), found {m}."
             )
-        u_max = self.u_max if len(numbers("u_max", self.u_max)) else (math.inf,) * m
+        u_max = self.u_max if len(numbers("u_max", self.u_max, finite=False)) else (math.inf,) * m
         object.__setattr__(self, "u_max", numbers("u_max", u_max, above=0, count=m, finite=False))
         number("g", self.g, above=0)
         if self.filters is not None:
