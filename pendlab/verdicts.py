@@ -78,6 +78,9 @@ class Scoreboard:
         totals = ", ".join(f"{count} {name}" for name, count in self.totals.items())
         return "\n".join([*lines, "", f"{len(self.scores)} entries: {totals}."])
 
+    # The fields' own repr would show unrounded numbers, which differ from machine to machine.
+    __repr__ = __str__
+
     def _repr_html_(self):
         head = "".join(f"<th>{name}</th>" for name in ("place", "printed", "ours", "verdict"))
         body = "".join(
