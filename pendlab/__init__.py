@@ -40,6 +40,7 @@ _CONTENTS = {
     "figures": ("figure", "show", "save", "new_figure"),
     "checks": ("check", "Verdict"),
     "own_rig": ("my_rig",),
+    "findings": ("doctor",),
     "panel": ("Panel", "Slider", "Switch", "Choice", "View"),
 }
 _HOME = {name: module for module, names in _CONTENTS.items() for name in names}

@@ -2,7 +2,11 @@
 
 import argparse
 import sys
+from importlib import import_module
 from pathlib import Path
+
+# Modules that offer commands, by ``add_commands(commands)``.
+COMMANDS = ("findings",)
 
 
 def main(arguments=None):
@@ -10,6 +14,8 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python -m pendlab", description=__doc__)
     commands = parser.add_subparsers(dest="command", metavar="command")
     add_report(commands)
+    for name in COMMANDS:
+        import_module(f".{name}", __package__).add_commands(commands)
     parser.set_defaults(run=report, folder=Path("pendlab-report"))
     options = parser.parse_args(arguments)
     try:
@@ -32,18 +38,17 @@ def add_report(commands):
 
 def report(options):
     """Scoreboard on the screen, figures as PNG and SVG in a folder."""
-    from .figures import FIGURES, figure, save
+    from .figures import figure, numbers, save
     from .verdicts import DIFFERS, scoreboard
 
     print("Recomputing every printed number ...", flush=True)
     board = scoreboard()
     print(board, flush=True)
-    options.folder.mkdir(parents=True, exist_ok=True)
     print()
-    for count, number in enumerate(FIGURES, 1):
+    for number in numbers():
         drawn = figure(number)
         save(drawn, options.folder, f"fig{number:02d}")
-        print(f"[{count:2d}/{len(FIGURES)}] {drawn.caption}", flush=True)
+        print(f"[{number:2d}/{max(numbers())}] {drawn.caption}", flush=True)
     print(f"\nFigures are in {options.folder.resolve()} as PNG and SVG.")
     wrong = board.totals[DIFFERS]
     if wrong:

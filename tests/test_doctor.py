@@ -1,0 +1,73 @@
+"""The environment check says what is wrong and what to do about it."""
+
+import pytest
+
+import pendlab as pl
+from pendlab import findings as clinic
+
+
+def test_all_well_here_and_short_in_a_notebook():
+    findings = pl.doctor()
+    assert findings.well, str(findings)
+    assert len(repr(findings).splitlines()) == 1
+    assert str(findings).count("ok ") == len(findings.findings)
+
+
+def finding(name):
+    return next(f for f in pl.doctor().findings if f.name == name)
+
+
+def test_missing_package_is_named(monkeypatch):
+    monkeypatch.setattr(clinic, "NEEDED", ("numpy", "no_such_package"))
+    found = finding("packages")
+    assert not found.well
+    assert "no_such_package" in found.found
+    assert "environment.txt" in found.advice
+
+
+def test_other_version_is_named(monkeypatch, tmp_path):
+    environment = tmp_path / "environment.txt"
+    environment.write_text("numpy==0.0.1\n")
+    monkeypatch.setattr(clinic, "ENVIRONMENT", environment)
+    assert "tested: ['0.0.1']" in finding("packages").found
+
+
+def test_missing_data_is_found(monkeypatch):
+    monkeypatch.setattr(clinic, "rigs", list)
+    assert not finding("data").well
+
+
+def test_closed_ports_are_found(monkeypatch):
+    class Closed:
+        def __init__(self, *_):
+            raise OSError("forbidden")
+
+    monkeypatch.setattr(clinic.socket, "socket", Closed)
+    assert "firewall" in finding("port").advice
+
+
+def test_unwritable_folders_are_found(monkeypatch, tmp_path):
+    blocked = tmp_path / "file"
+    blocked.write_text("")
+    monkeypatch.setattr("pendlab.generated.cache_folders", lambda: [blocked / "cache"])
+    assert "PENDLAB_CACHE" in finding("compiler cache").advice
+
+
+def test_command_prints_advice_and_fails(monkeypatch, capsys):
+    monkeypatch.setattr(clinic, "rigs", list)
+    assert clinic.run(None) == 1
+    assert "-> the folder data/ is missing" in capsys.readouterr().out
+
+
+def test_ill_report_lists_only_what_is_ill(monkeypatch):
+    monkeypatch.setattr(clinic, "rigs", list)
+    html = pl.doctor()._repr_html_()
+    assert html.count("<li>") == 1
+
+
+@pytest.mark.parametrize("text", ["numpy==2.4.6; python_version < '3.12'", "numpy==2.5.5"])
+def test_tested_versions_are_read(monkeypatch, tmp_path, text):
+    environment = tmp_path / "environment.txt"
+    environment.write_text(f"# comment\n{text}\nunlisted==1\n")
+    monkeypatch.setattr(clinic, "ENVIRONMENT", environment)
+    assert list(clinic._tested()) == ["numpy"]
