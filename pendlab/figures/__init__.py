@@ -62,10 +62,13 @@ def figure(number, design=None, **options):
         return OF_NOTHING[number](**options)
     if number in OF_A_DESIGN:
         return OF_A_DESIGN[number](design, **options)
-    known = sorted([*OF_A_RIG, *OF_NOTHING, *OF_A_DESIGN])
-    raise ValueError(
-        f"number: expected a figure of the paper, one of {', '.join(map(str, known))}, {found(number)}."
-    )
+    known = ", ".join(map(str, numbers()))
+    raise ValueError(f"number: expected a figure of the paper, one of {known}, {found(number)}.")
+
+
+def numbers():
+    """The numbers of all figures, in order."""
+    return sorted([*OF_A_RIG, *OF_NOTHING, *OF_A_DESIGN])
 
 
 def show(fig):

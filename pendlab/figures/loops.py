@@ -9,23 +9,16 @@ import numpy as np
 from .._checks import found
 from ..design import Design
 from ..ledger import published
-from ..loop import frequency_grid
 from ..paper import paper_design
-from .panels import (
-    HZ,
-    draw_nyquist,
-    draw_root_locus,
-    draw_sigma_min,
-    nyquist,
-    root_locus,
-    sigma_min,
-)
+from .frequency import HZ, decibels, draw_nyquist, draw_sigma_min, nyquist, sigma_min
+from .rootlocus import draw_root_locus, root_locus
 from .style import describe, freeze_layout, look, new_figure, styled
 from .turns import draw_contour, draw_turns, full_nyquist
 
 __all__ = ["fig6", "fig7", "fig8", "fig10", "fig11", "fig12", "fig13", "fig14", "turns_figure"]
 
 WITHOUT = "without filters"
+ZOOM = (0.42, 0.6, 0.28, 0.36), 0.12  # the inset of Fig 11
 
 
 @styled()
@@ -45,24 +38,24 @@ def fig6(design=None, kps=None):
 
 
 def _words6(data, design):
-    (left, right), (low, high) = published("fig6.frame").values
-    b = data.branches
-    seen = np.any((b.real > left) & (b.real < right) & (b.imag > low) & (b.imag < high), axis=0)
-    n = len(data.marked)
-    at = int(np.argmin(np.abs(data.kps - data.kp)))
-    hidden = "; ".join(
-        f"{b[0, i].real:.4f}, {b[at, i].real:.4f} and {b[-1, i].real:.4f}" for i in np.flatnonzero(~seen)
+    at, n = int(np.argmin(np.abs(data.kps - data.kp))), len(data.marked)
+    outside = data.outside(published("fig6.frame").values)
+    gains = f"{data.kps[0]:g}, {data.kp:g} and {data.kps[-1]:g}"
+    rest = "".join(
+        f" Outside the frame one moves from {b[0].real:.4f} through {b[at].real:.4f} to "
+        f"{b[-1].real:.4f} (k_p = {gains})."
+        for b in outside
     )
-    ends = f"{data.kps[0]:g}, {data.kp:g} and {data.kps[-1]:g}"
-    rest = f" Left of the frame stays {hidden} (k_p = {ends})." if hidden else ""
     meets = " and ".join(f"{kp:.2f}" for kp in data.changes)
-    paper = f" (paper {published('eq18.k_p_interval').values[0]:g})" if _is(design, "triple") else ""
+    paper = ""
+    if _is(design, "triple"):
+        paper = f" (paper {published('eq18.k_p_interval').values[0]:g})"
     changes = f" An eigenvalue meets the unit circle at k_p = {meets}{paper}." if meets else ""
     return (
         f"Fig 6. At k_p = {data.kp:g} the upper motor's position loop leaves {data.unstable} of "
         f"{n} eigenvalues outside the unit circle.{changes}{rest}",
         f"Root locus in the z-plane near z = 1 for k_p from {data.kps[0]:g} to {data.kps[-1]:g} "
-        f"V/rad: {int(seen.sum())} of {n} eigenvalues, the unit circle, starts as open circles and "
+        f"V/rad: {n - len(outside)} of {n} eigenvalues, the unit circle, starts as open circles and "
         f"crosses at k_p = {data.kp:g}: {_listed(data.marked)}.",
     )
 
@@ -91,8 +84,8 @@ def turns_figure(loop, name="The loop"):
 
 
 def _turns(subject, loop_of, name):
-    fig = new_figure(9, 5.4)
-    left, right = fig.subplots(1, 2)
+    fig = new_figure(9, 5.95, layout=None)
+    left, right = (fig.add_axes((x / 9, 1.3 / 5.95, 4.3 / 9, 4.3 / 5.95)) for x in (0.1, 4.6))
 
     def draw(data):
         updates = draw_contour(left, data), draw_turns(right, data)
@@ -133,19 +126,19 @@ def fig8(design=None, other=None):
     """
     if design is None and other is None:
         other = paper_design("double", 2)
-    designs = [_given(design, "double")] + ([other] if other is not None else [])
+    designs = [_given(d, "double") for d in ((design,) if other is None else (design, other))]
     looks = [look("nominal"), look("filters", label="observer 1, with filters"), look("observer2")]
     looks = looks[: 1 + len(designs)]
 
     def compute(*designs):
-        loops = [designs[0].loop(0)] + [design.loop(0, filters=True) for design in designs]
-        return [nyquist(loop) for loop in loops]
+        loops = [design.loop(0, filters=True) for design in designs]
+        return [nyquist(loop) for loop in (designs[0].loop(0), *loops)]
 
     def paper(*designs):
         known = all(_is(design, "double", i) for i, design in enumerate(designs, 1))
         return _printed(8, ("nominal", "observer1", "observer2")[: len(looks)]) if known else None
 
-    return _near("8", compute, _words8, looks, paper, *designs, size=(7, 7))
+    return _near("8", compute, _words8, looks, paper, *designs)
 
 
 def _words8(curves, *designs):
@@ -169,7 +162,7 @@ def _words8(curves, *designs):
 def fig10(design=None):
     """Fig 10: rd1 - 1, equation (33), the loop broken at input 1, without and with filters."""
     design = _several(_given(design, "triple"), 10)
-    return _pair("10", design, lambda d, filters: d.loop(0, filters), _words10, (7, 7.4))
+    return _pair("10", design, lambda d, filters: d.loop(0, filters), _words10)
 
 
 def _words10(curves, design):
@@ -185,7 +178,7 @@ def _words10(curves, design):
 def fig11(design=None):
     """Fig 11: rd2 - 1, equation (34), the loop broken at input 2, without and with filters."""
     design = _several(_given(design, "triple"), 11)
-    return _pair("11", design, lambda d, filters: d.loop(1, filters), _words11, (7, 6.2))
+    return _pair("11", design, lambda d, filters: d.loop(1, filters), _words11, ZOOM)
 
 
 def _words11(curves, design):
@@ -221,7 +214,7 @@ def fig12(design=None):
     """Fig 12: det(I + P G), both loops broken, without and with filters."""
     design = _several(_given(design, "triple"), 12)
     loop = lambda d, filters: d.filtered_loop if filters else d.nominal_loop  # noqa: E731
-    return _pair("12", design, loop, _words12, (7, 6.2))
+    return _pair("12", design, loop, _words12)
 
 
 def _words12(curves, design):
@@ -238,28 +231,22 @@ def _words12(curves, design):
 def fig14(design=None):
     """Fig 14: smallest singular value of I + P G in dB over Hz, without and with filters."""
     design = _several(_given(design, "triple"), 14)
-    omega, frame = frequency_grid(design.dt), published("fig14.frame").values
-    fig, looks = new_figure(7, 4.2), _two_looks()
-    draw = lambda data: draw_sigma_min(  # noqa: E731
-        fig.subplots(), omega, data, looks, design.dt, frame
+    fig, frame = new_figure(7, 4.2), published("fig14.frame").values
+    draw = lambda data: draw_sigma_min(fig.subplots(), data, _two_looks(), frame)  # noqa: E731
+    compute = lambda d: [sigma_min(loop) for loop in (d.nominal_loop, d.filtered_loop)]  # noqa: E731
+    return _live(fig, draw, compute, _words14, design)
+
+
+def _words14(curves, design):
+    low = [f"{decibels(c.lowest):.1f} dB at {c.lowest_omega / HZ:.2f} Hz" for c in curves]
+    return (
+        f"Fig 14. The filters bring the smallest singular value of I + P G from {low[0]} down to "
+        f"{low[1]}: there an unstructured change of P G of size {curves[1].lowest:.3f} is enough "
+        f"to lose stability.",
+        f"Smallest singular value of I + P G in dB over frequency up to the Nyquist frequency "
+        f"{0.5 / design.dt:g} Hz. Without filters the lowest point is {low[0]}, with filters "
+        f"{low[1]}.",
     )
-
-    def compute(design):
-        return [sigma_min(loop, omega) for loop in (design.nominal_loop, design.filtered_loop)]
-
-    def words(sigmas, design):
-        k = [int(np.argmin(sigma)) for sigma in sigmas]
-        low = [f"{20 * np.log10(s[i]):.1f} dB at {omega[i] / HZ:.2f} Hz" for s, i in zip(sigmas, k)]
-        return (
-            f"Fig 14. The filters bring the smallest singular value of I + P G from {low[0]} down to "
-            f"{low[1]}: there an unstructured change of P G of size {sigmas[1][k[1]]:.3f} is enough "
-            f"to lose stability.",
-            f"Smallest singular value of I + P G in dB from {omega[0] / HZ:.2g} Hz to the Nyquist "
-            f"frequency {0.5 / design.dt:g} Hz. Without filters the lowest point is {low[0]}, with "
-            f"filters a sharp dip to {low[1]}.",
-        )
-
-    return _live(fig, draw, compute, words, design)
 
 
 # What the figures share
@@ -280,12 +267,18 @@ def _live(fig, draw, compute, words, *designs):
     return update(*designs, data=data)
 
 
-def _near(number, compute, words, looks, paper, *designs, size):
-    """A figure of Nyquist curves near the critical point, in the paper's frame."""
-    fig, frame = new_figure(*size), published(f"fig{number}.frame").values
+def _near(number, compute, words, looks, paper, *designs, zoom=None):
+    """A figure of Nyquist curves near the critical point, in the paper's frame, legend below."""
+    frame = published(f"fig{number}.frame").values
+    width, height = np.ptp(frame, axis=1)
+    inch = min(6.0 / width, 4.5 / height)
+    below = 0.12 * inch * height + 0.22 * (len(looks) + 3) + 0.1
+    size = 7.0, inch * height + below + 0.15
+    fig = new_figure(*size, layout=None)
+    ax = fig.add_axes((0.8 / 7, below / size[1], inch * width / 7, inch * height / size[1]))
 
     def draw(pair):
-        redraw = draw_nyquist(fig.subplots(), pair[0], looks, frame, pair[1])
+        redraw = draw_nyquist(ax, pair[0], looks, frame, pair[1], zoom)
         return lambda pair: redraw(*pair)
 
     return _live(
@@ -297,11 +290,11 @@ def _near(number, compute, words, looks, paper, *designs, size):
     )
 
 
-def _pair(number, design, loop_of, words, size):
+def _pair(number, design, loop_of, words, zoom=None):
     """Figs 10 to 12: one loop without and with filters."""
     compute = lambda d: [nyquist(loop_of(d, filters)) for filters in (False, True)]  # noqa: E731
     paper = lambda d: _printed(number, ("nominal", "filters")) if _is(d, "triple") else None  # noqa: E731
-    return _near(number, compute, words, _two_looks(), paper, design, size=size)
+    return _near(number, compute, words, _two_looks(), paper, design, zoom=zoom)
 
 
 def _two_looks():
@@ -310,7 +303,9 @@ def _two_looks():
 
 def _printed(number, curves):
     """The frequencies printed beside a figure's curves: (real axis, unit circle) in Hz for each."""
-    known = {entry.key: float(entry.values) for entry in published() if ".frequencies." in entry.key}
+    known = {
+        entry.key: float(entry.values) for entry in published() if ".frequencies." in entry.key
+    }
     names = [f"fig{number}.frequencies.{curve}" for curve in curves]
     return [(known.get(f"{name}.lower"), known.get(f"{name}.upper")) for name in names]
 
@@ -319,7 +314,9 @@ def _given(design, name):
     if design is None:
         return paper_design(name)
     if not isinstance(design, Design):
-        raise TypeError(f'design: expected a pl.Design, {found(design)}; try pl.paper_design("{name}").')
+        raise TypeError(
+            f'design: expected a pl.Design, {found(design)}; try pl.paper_design("{name}").'
+        )
     return design
 
 

@@ -11,7 +11,8 @@ from functools import cached_property
 import numpy as np
 
 from ..loop import ON_CIRCLE, Encirclements, contour, encirclements, sorted_eigenvalues
-from .panels import CRITICAL, arrowheads, point
+from .arrows import arrowheads, point
+from .frequency import CRITICAL
 from .style import COLORS, look
 
 NEAR_CRITICAL, NEAR_ONE = 0.1, 1e-7  # distances below which the scale is linear
@@ -103,19 +104,28 @@ def draw_turns(ax, data):
     Returns update(data).
     """
     top = 10 ** np.ceil(np.log10(np.abs(data.closed).max()))
-    _rings(ax, NEAR_CRITICAL, np.logspace(0, np.log10(top), int(np.log10(top)) + 1))
+    _rings(ax, NEAR_CRITICAL, np.logspace(0, np.log10(top), int(np.log10(top)) + 1), 120)
     color = COLORS["black"]
     ax.plot([0], [0], **look("critical", label=f"critical point ${data.critical:g}$"))
-    (upper,) = ax.plot([], [], color=color, label="$0 < \\omega T_s < \\pi$, upper half of the circle")
-    (lower,) = ax.plot([], [], color=COLORS["sky"], linestyle="--", label="lower half: its conjugate")
-    (around,) = ax.plot([], [], color=COLORS["orange"], linewidth=2.6, label="round the pole at $z=1$")
-    (ray,) = ax.plot([], [], color=COLORS["vermillion"], linewidth=1.2, zorder=4)
+    (upper,) = ax.plot(
+        [], [], color=color, label="$0 < \\omega T_s < \\pi$, upper half of the circle"
+    )
+    (lower,) = ax.plot(
+        [], [], color=COLORS["sky"], linestyle="--", label="lower half: its conjugate"
+    )
+    (around,) = ax.plot(
+        [], [], color=COLORS["orange"], linewidth=2.6, label="round the pole at $z=1$"
+    )
+    (ray,) = ax.plot([], [], color=COLORS["vermillion"], linewidth=1.2, zorder=4,
+                     label="ray on which the turns are counted")  # fmt: skip
     dots = [
         ax.text(0, 0, "", color="white", fontsize=10, ha="center", va="center", weight="bold", zorder=7,
                 bbox=dict(boxstyle="circle,pad=0.2", facecolor=COLORS["vermillion"], edgecolor="white"))
         for _ in range(8)
     ]  # fmt: skip
-    heads = [arrowheads(ax, n, c) for n, c in ((4, color), (4, COLORS["sky"]), (2, COLORS["orange"]))]
+    heads = [
+        arrowheads(ax, n, c) for n, c in ((4, color), (4, COLORS["sky"]), (2, COLORS["orange"]))
+    ]
     ax.set_title("its image, seen from the critical point")
     legend = ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.01), frameon=False)
 
@@ -149,7 +159,7 @@ def draw_contour(ax, data):
 
     Returns update(data).
     """
-    _rings(ax, NEAR_ONE, [1e-6, 1e-4, 1e-2, 1])
+    _rings(ax, NEAR_ONE, [1e-6, 1e-4, 1e-2, 1], 130)
     (upper,) = ax.plot([], [], color=COLORS["black"])
     (lower,) = ax.plot([], [], color=COLORS["sky"], linestyle="--")
     (around,) = ax.plot([], [], color=COLORS["orange"], linewidth=2.6)
@@ -180,14 +190,15 @@ def draw_contour(ax, data):
     return update
 
 
-def _rings(ax, near, distances):
-    """Circles of equal distance with their distances, axes off."""
+def _rings(ax, near, distances, down):
+    """Circles of equal distance, labelled `down` degrees below the real axis, axes off."""
     edge = compressed(distances[-1], near)
     round_ = np.exp(1j * np.linspace(0, 2 * np.pi, 181))
     for distance in distances:
         ring = compressed(distance, near) * round_
         ax.plot(ring.real, ring.imag, color="#CFCFCF", linewidth=0.8, zorder=0.5)
-        ax.text(0, -abs(ring[0]), _power(distance), fontsize=9, color=COLORS["grey"], ha="center",
+        at = np.exp(-1j * np.radians(down)) * abs(ring[0])
+        ax.text(at.real, at.imag, _power(distance), fontsize=9, color=COLORS["grey"], ha="center",
                 va="center", zorder=2, bbox=dict(facecolor="white", edgecolor="none", pad=0.8))  # fmt: skip
     ax.plot([-1.08 * edge, 1.08 * edge], [0, 0], color=COLORS["grey"], linewidth=0.8, zorder=1)
     ax.text(1.08 * edge, 0.03 * edge, "real", ha="right", va="bottom", fontsize=9)

@@ -1,0 +1,242 @@
+"""Curves over frequency: Nyquist near the critical point, smallest singular value.
+
+Computing is apart from drawing: `nyquist` and `sigma_min` return frozen values, `draw_nyquist` and
+`draw_sigma_min` create their artists once and return ``update(values)``, which only changes the
+artists' data, so that a slider can drive them.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from ..loop import Encirclements, Margins, encirclements, frequency_response, margins
+from .style import COLORS, look
+
+HZ = 2 * np.pi  # rad/s in one hertz
+CRITICAL = {1: -1.0}  # of the loop gain with one input; 0 of det(I + P G) with several
+
+
+@dataclass(frozen=True)
+class Nyquist:
+    """A curve on the unit circle and what is read off it, up to half the sampling rate.
+
+    Attributes
+    ----------
+    omega : (N,) rad/s
+    curve : (N,) complex, the loop gain L of one input or det(I + L) of several
+    critical : the point to go round, -1 for L and 0 for det(I + L)
+    marked_omega, marked : (2,) where the curve meets the negative real axis (of L: left of -1)
+        and where L meets the unit circle, each time next to the critical point; nan if nowhere
+    distance, distance_omega : smallest distance from the critical point, and where (rad/s)
+    count : Encirclements
+    margins : Margins of a loop with one input, else None
+    """
+
+    omega: np.ndarray
+    curve: np.ndarray
+    critical: float
+    marked_omega: np.ndarray
+    marked: np.ndarray
+    distance: float
+    distance_omega: float
+    count: Encirclements
+    margins: Margins | None
+
+
+def frequencies(dt, points=3000):
+    """Frequencies (rad/s) up to pi/dt for drawing: dense in the three decades that show."""
+    top = np.pi / dt
+    few = points // 10
+    low = np.geomspace(1e-6 * top, 1e-3 * top, few, endpoint=False)
+    return np.concatenate([low, np.geomspace(1e-3 * top, top, points - few)])
+
+
+def nyquist(loop, points=3000):
+    """`Nyquist` of a sampled loop: L itself for one input, det(I + L) for several."""
+    omega = frequencies(loop.dt, points)
+    curve = _curve(loop, omega)
+    if loop.ninputs == 1:
+        m = margins(loop)
+        at = np.array([m.gain_down_omega, m.phase_omega])
+        nearest = m.modulus, m.modulus_omega
+    else:
+        m, at = None, np.array([_negative_real(loop, omega, curve), np.nan])
+        nearest = _lowest(lambda w: np.abs(_curve(loop, w)), omega, np.abs(curve))
+    marked = np.full(2, complex(np.nan, np.nan))
+    marked[np.isfinite(at)] = _curve(loop, at[np.isfinite(at)])
+    critical = CRITICAL.get(loop.ninputs, 0.0)
+    return Nyquist(omega, curve, critical, at, marked, *nearest, encirclements(loop), m)
+
+
+def _curve(loop, omega):
+    L = frequency_response(loop, omega)
+    return L[:, 0, 0] if loop.ninputs == 1 else np.linalg.det(np.eye(loop.ninputs) + L)
+
+
+def _lowest(function, omega, values):
+    """Smallest value and its frequency, looked for between the neighbours of the lowest point."""
+    k = int(np.argmin(values))
+    near = np.linspace(omega[max(k - 1, 0)], omega[min(k + 1, len(omega) - 1)], 201)
+    fine = function(near)
+    return float(fine.min()), float(near[fine.argmin()])
+
+
+def _negative_real(loop, omega, curve):
+    """Where det(I + L) meets the negative real axis next to 0, rad/s."""
+    imag = lambda w: _curve(loop, [w])[0].imag  # noqa: E731
+    change = np.flatnonzero((curve.imag[:-1] * curve.imag[1:] < 0) & (curve.real[:-1] < 0))
+    if not len(change):
+        return np.nan
+    k = change[np.argmax(curve.real[change])]
+    return brentq(imag, omega[k], omega[k + 1])
+
+
+def draw_nyquist(ax, curves, looks, frame=None, paper=None, zoom=None):
+    """Nyquist curves near the critical point, their crossings listed in the legend.
+
+    Parameters
+    ----------
+    ax : axes; curves : sequence of `Nyquist`; looks : one ``look(...)`` for each
+    frame : ((left, right), (bottom, top)) of the axes
+    paper : None, or for each curve the printed frequencies (real axis, unit circle), Hz, to stand
+        beside ours
+    zoom : None, or (box, half): an inset at box = (x, y, width, height) in parts of the axes that
+        shows the critical point with `half` on every side
+
+    Returns
+    -------
+    update(curves, paper=None) : same number of curves, new data
+    """
+    x, y = ((-2.5, 0.5), (-1.5, 1.5)) if frame is None else np.asarray(frame, dtype=float)
+    gain = curves[0].critical == -1.0
+    views = [ax] if zoom is None else [ax, _inset(ax, curves[0].critical, *zoom)]
+    artists = [_curves(view, curves[0].critical, looks) for view in views]
+    ax.set(xlim=x, ylim=y, xlabel="real part", ylabel="imaginary part")
+    ax.set_aspect("equal", adjustable="box")
+    meets = "▼ meets the real axis" + ("   ● meets the unit circle" if gain else "")
+    legend = ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.12), title=meets, frameon=False,
+                       title_fontsize=10)  # fmt: skip
+    legend.set_alignment("left")
+    texts = legend.get_texts()
+
+    def update(curves, paper=None):
+        for i, data in enumerate(curves):
+            for lines, dots in artists:
+                lines[i].set_data(data.curve.real, data.curve.imag)
+                for dot, value in zip(dots[i], data.marked, strict=True):
+                    dot.set_data([value.real], [value.imag])
+            beside = (None, None) if paper is None else paper[i]
+            texts[i].set_text(f"{looks[i]['label']}: {_crossings(data, beside)}")
+
+    update(curves, paper)
+    return update
+
+
+def _curves(ax, critical, looks):
+    """Empty lines and marks for the curves of one view, after its fixed parts."""
+    for line in (ax.axhline, ax.axvline):
+        line(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
+    lines, dots = [], []
+    for style in looks:
+        lines += ax.plot([], [], **style)
+        dot = dict(color=style["color"], linestyle="none", markeredgecolor="white", zorder=4)
+        dots.append([ax.plot([], [], marker=m, markersize=7, **dot)[0] for m in "vo"])
+    if critical == -1.0:
+        circle = np.exp(1j * np.linspace(0, 2 * np.pi, 2001))
+        ax.plot(circle.real, circle.imag, **look("unit circle"))
+    ax.plot([critical], [0], **look("critical", label=f"critical point ${critical:g}$"))
+    return lines, dots
+
+
+def _inset(ax, critical, box, half):
+    inset = ax.inset_axes(box)
+    inset.set(xlim=(critical - half, critical + half), ylim=(-half, half), aspect="equal")
+    inset.tick_params(labelsize=8)
+    inset.set_title(f"near ${critical:g}$", fontsize=9, pad=3)
+    ax.indicate_inset_zoom(inset, edgecolor=COLORS["grey"])
+    return inset
+
+
+def _crossings(data, beside):
+    """What the legend says of one curve's marks, with the printed numbers beside ours."""
+    words = []
+    for sign, omega, printed in zip("▼●", data.marked_omega, beside, strict=True):
+        if np.isfinite(omega):
+            paper = "" if printed is None else f" (paper {printed:.2f})"
+            words.append(f"{sign} {omega / HZ:.2f} Hz{paper}")
+    return "   ".join(words) or "no crossing"
+
+
+@dataclass(frozen=True)
+class SmallestSingularValue:
+    """Smallest singular value of I + L up to pi/dt.
+
+    Attributes
+    ----------
+    omega, sigma : (N,) rad/s and value
+    lowest, lowest_omega : of the lowest point
+    """
+
+    omega: np.ndarray
+    sigma: np.ndarray
+    lowest: float
+    lowest_omega: float
+
+
+def sigma_min(loop, points=3000):
+    """`SmallestSingularValue` of I + L(e^(j omega dt)), equation (35), for a sampled loop."""
+
+    def smallest(omega):
+        Rd = np.eye(loop.ninputs) + frequency_response(loop, omega)
+        return np.linalg.svd(Rd, compute_uv=False)[:, -1]
+
+    omega = frequencies(loop.dt, points)
+    sigma = smallest(omega)
+    return SmallestSingularValue(omega, sigma, *_lowest(smallest, omega, sigma))
+
+
+def decibels(ratio):
+    """20 log10 of a ratio."""
+    return 20 * np.log10(ratio)
+
+
+def draw_sigma_min(ax, curves, looks, frame=None):
+    """Smallest singular values in dB over Hz, their lowest points and the Nyquist frequency.
+
+    Parameters
+    ----------
+    ax : axes; curves : sequence of `SmallestSingularValue`; looks : one ``look(...)`` for each
+    frame : ((lowest, highest) Hz, (lowest, highest) dB)
+
+    Returns
+    -------
+    update(curves)
+    """
+    x, y = ((1e-3, 1e2), (-40, 10)) if frame is None else np.asarray(frame, dtype=float)
+    grey = COLORS["grey"]
+    ax.axhline(0, color=grey, linewidth=0.8, zorder=1)
+    end = ax.axvline(1, color=grey, linestyle="-.", linewidth=1.0)
+    note = ax.text(1, y[0], "", ha="right", va="bottom", rotation=90, fontsize=10, color=grey)
+    lines, lowest = [], []
+    for style in looks:
+        lines += ax.plot([], [], **style)
+        dot = dict(color=style["color"], markeredgecolor="white", markersize=7, zorder=6)
+        lowest += ax.plot([], [], "o", **dot)
+    ax.set(xscale="log", xlim=x, ylim=y)
+    ax.set(xlabel="frequency in Hz", ylabel="smallest singular value in dB")
+    legend = ax.legend(loc="lower left")
+
+    def update(curves):
+        top = curves[0].omega[-1] / HZ
+        end.set_xdata([top, top])
+        note.set(x=0.96 * top, text=f" Nyquist frequency {top:g} Hz")
+        for i, data in enumerate(curves):
+            hz, dB = data.lowest_omega / HZ, decibels(data.lowest)
+            lines[i].set_data(data.omega / HZ, decibels(data.sigma))
+            lowest[i].set_data([hz], [dB])
+            text = f"{looks[i]['label']}: lowest {dB:.1f} dB at {hz:.2f} Hz"
+            legend.get_texts()[i].set_text(text)
+
+    update(curves)
+    return update

@@ -1,0 +1,139 @@
+"""Root locus of the aligned pendulum over k_p, equation (19): computed apart from drawn."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq, linear_sum_assignment
+
+from .._checks import array, found, number
+from ..sampled import align
+from .arrows import arrowheads, point
+from .style import COLORS, look
+
+
+@dataclass(frozen=True)
+class RootLocus:
+    """Eigenvalues of A - B2 k_p C_p C of equation (19) over k_p, one column for each branch.
+
+    Attributes
+    ----------
+    kps : (N,) V/rad
+    branches : (N, n) complex
+    kp, marked : the gain to mark and its n eigenvalues
+    changes : gains within `kps` at which an eigenvalue meets the unit circle
+    """
+
+    kps: np.ndarray
+    branches: np.ndarray
+    kp: float
+    marked: np.ndarray
+    changes: tuple
+
+    @property
+    def unstable(self):
+        """How many eigenvalues lie outside the unit circle at the marked gain."""
+        return int(np.sum(np.abs(self.marked) > 1))
+
+    def outside(self, frame):
+        """Branches (M, N) that never enter ((left, right), (low, high))."""
+        return self.branches.T[~_within(self.branches, frame).any(axis=0)]
+
+
+def root_locus(model, kps, kp):
+    """`RootLocus` of a sampled model with two inputs or more whose last motor holds the upper link.
+
+    `kps` are rising gains (V/rad) to sweep over, `kp` the one to mark.
+    """
+    kps, kp = array("kps", kps, (None,)), number("kp", kp)
+    if len(kps) < 2 or np.any(np.diff(kps) <= 0):
+        raise ValueError(f"kps: expected at least 2 rising gains, {found(kps)}; try a linspace.")
+    none, one = align(model, 0.0).A, align(model, 1.0).A
+    at = lambda gains: none + np.multiply.outer(gains, one - none)  # noqa: E731
+    kps, branches = _swept(at, kps)
+    marked = np.linalg.eigvals(at(kp)).astype(complex)
+    return RootLocus(kps, branches, kp, marked[np.argsort(-np.abs(marked))], _changes(at, kps))
+
+
+def _swept(at, kps, step=0.002, rounds=12):
+    """`kps` refined where branches meet and part quickly, and the branches there."""
+    for _ in range(rounds):
+        branches = _joined(np.linalg.eigvals(at(kps)).astype(complex))
+        wide = np.flatnonzero(np.abs(np.diff(branches, axis=0)).max(axis=1) > step)
+        if not len(wide):
+            return kps, branches
+        kps = np.insert(kps, wide + 1, (kps[wide] + kps[wide + 1]) / 2)
+    return kps, _joined(np.linalg.eigvals(at(kps)).astype(complex))
+
+
+def _joined(values):
+    """Rows reordered so that each column follows one eigenvalue."""
+    values = values.copy()
+    values[0] = values[0][np.argsort(-np.abs(values[0]))]
+    for k in range(1, len(values)):
+        # Twice the last row minus the one before: where the branch is heading.
+        ahead = values[k - 1] if k == 1 else 2 * values[k - 1] - values[k - 2]
+        values[k] = values[k][linear_sum_assignment(np.abs(ahead[:, None] - values[k]))[1]]
+    return values
+
+
+def _changes(at, kps):
+    """Gains at which the number of eigenvalues outside the unit circle changes."""
+
+    def excess(gain, rank):
+        return np.sort(np.abs(np.linalg.eigvals(at(gain))))[::-1][rank] - 1
+
+    count = np.sum(np.abs(np.linalg.eigvals(at(kps))) > 1, axis=1)
+    change = np.flatnonzero(np.diff(count))
+    # Sorted by size, the eigenvalue after those that stay outside is the one that crosses.
+    return tuple(
+        brentq(excess, kps[k], kps[k + 1], args=(min(count[k], count[k + 1]),)) for k in change
+    )
+
+
+def draw_root_locus(ax, data, frame=None):
+    """Branches with their start and direction, eigenvalues at the marked gain, unit circle.
+
+    `frame` as for `draw_nyquist`; returns update(data) for as many branches.
+    """
+    frame = ((-1.2, 1.2), (-1.2, 1.2)) if frame is None else np.asarray(frame, dtype=float)
+    angle = np.linspace(-np.pi, np.pi, 2001)
+    ax.axhline(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
+    ax.plot(np.cos(angle), np.sin(angle), **look("unit circle"))
+    lines = [ax.plot([], [], color=COLORS["blue"], zorder=3)[0] for _ in data.marked]
+    circle = ax.lines[1]
+    (start,) = ax.plot([], [], "o", color=COLORS["blue"], markerfacecolor="white", zorder=4)
+    (marks,) = ax.plot([], [], "x", color=COLORS["vermillion"], markersize=10, markeredgewidth=2.4,
+                       zorder=6)  # fmt: skip
+    rest = ax.text(0.02, 0.03, "", transform=ax.transAxes, fontsize=10)
+    ax.set(xlim=frame[0], ylim=frame[1], xlabel="real part", ylabel="imaginary part")
+    heads = arrowheads(ax, len(data.marked), COLORS["blue"])
+    legend = ax.legend([start, marks, circle], [" ", " ", "unit circle"], loc="upper right")
+
+    def update(data):
+        for line, branch in zip(lines, data.branches.T, strict=True):
+            line.set_data(branch.real, branch.imag)
+        start.set_data(data.branches[0].real, data.branches[0].imag)
+        marks.set_data(data.marked.real, data.marked.imag)
+        point(ax, heads, [_last_stretch(b, frame) for b in data.branches.T], (0.5,), least=0.4)
+        ends = [f"{_short(b[0])} → {_short(b[-1])}" for b in data.outside(frame)]
+        rest.set_text("\n".join(["outside the frame:", *ends]) if ends else "")
+        legend.get_texts()[0].set_text(f"$k_p = {data.kps[0]:g}$")
+        legend.get_texts()[1].set_text(f"$k_p = {data.kp:g}$: {data.unstable} outside")
+
+    update(data)
+    return update
+
+
+def _last_stretch(branch, frame):
+    """The part of a branch inside the frame, after it has left the real axis if it has."""
+    b = branch[_within(branch, frame)]
+    return b[np.abs(b.imag) > 1e-9] if len(b) and abs(b[-1].imag) > 1e-9 else b
+
+
+def _within(values, frame):
+    (left, right), (low, high) = frame
+    return (values.real > left) & (values.real < right) & (values.imag > low) & (values.imag < high)
+
+
+def _short(value):
+    return f"{value.real:.4f}" if abs(value.imag) < 1e-9 else f"{value:.4f}"
