@@ -106,5 +106,5 @@ def test_bad_prefix_is_named(name):
 
 
 def test_other_objects_are_refused():
-    with pytest.raises(TypeError, match="controller: expected a pl.Controller"):
+    with pytest.raises(TypeError, match=r"controller: expected a pl\.Controller"):
         pl.to_c(pl.load("double"))
