@@ -52,6 +52,8 @@ class Controller:
         for index in tracked:
             if whole("tracked", index) >= q:
                 raise ValueError(f"tracked: expected output indices below {q}, {found(index)}.")
+        if len(set(tracked)) < len(tracked):
+            raise ValueError(f"tracked: each output takes one integrator, {found(tracked)}.")
         set_(self, "tracked", tuple(int(index) for index in tracked))
         n, m = self.observer.T.shape[1], self.observer.H.shape[1]
         set_(self, "F", array("F", np.atleast_2d(self.F), (m, n + len(self.tracked))))

@@ -93,6 +93,7 @@ def broken_at(loop, index):
 
     The other inputs are u_o = -C_o x, so A becomes A - B_o C_o.
     """
+    _sampled_loop(loop)
     if whole("index", index) >= loop.ninputs:
         raise ValueError(f"index: expected 0 to {loop.ninputs - 1}, found {index}.")
     others = [j for j in range(loop.ninputs) if j != index]
@@ -100,6 +101,20 @@ def broken_at(loop, index):
     return control.ss(
         A, loop.B[:, [index]], loop.C[[index]], 0, loop.dt, name=f"broken at input {index + 1}"
     )
+
+
+def _sampled_loop(loop):
+    """Refuse what is no loop of this module: square, sampled, D = 0."""
+    state_space("loop", loop)
+    if loop.ninputs != loop.noutputs:
+        raise ValueError(
+            f"loop: expected as many inputs as outputs, found {loop.ninputs} and {loop.noutputs}; "
+            "use pl.open_loop or pl.state_feedback_loop."
+        )
+    if not loop.dt:
+        raise ValueError("loop: expected a sampled loop, found a continuous one; use pl.sample.")
+    if np.any(loop.D):
+        raise ValueError("loop: expected D = 0, as of any sampled plant, found another D.")
 
 
 def closed_loop_eigenvalues(loop):
@@ -174,6 +189,7 @@ def encirclements(loop):
     ValueError : a closed-loop eigenvalue on the unit circle (the curve meets the critical point)
     ArithmeticError : count and eigenvalues disagree
     """
+    _sampled_loop(loop)
     opened = np.linalg.eigvals(loop.A)
     closed = np.linalg.eigvals(loop.A - loop.B @ loop.C)
     touching = np.abs(np.abs(closed) - 1).min()
@@ -322,17 +338,22 @@ def margins(loop, points=2000):
     L(e^(j omega dt)) is real at omega = pi/dt always, and at omega = 0 where no integrator is;
     both ends count as crossings of the real axis.
     """
-    if loop.ninputs != 1 or loop.noutputs != 1:
+    _sampled_loop(loop)
+    if loop.ninputs != 1:
         raise ValueError(
             f"loop: margins belong to one input and one output, found {loop.ninputs} x "
             f"{loop.noutputs}; use pl.broken_at(loop, 0)."
         )
     at = lambda omega: complex(frequency_response(loop, omega)[0, 0, 0])  # noqa: E731
-    omega = frequency_grid(loop.dt, points)
+    # The slowest eigenvalue, opened or closed, says where the lowest crossing may be.
+    opened, closed = np.linalg.eigvals(loop.A), closed_loop_eigenvalues(loop)
+    slow = np.abs(np.concatenate([opened, closed]) - 1)
+    lowest = min(1e-3, 0.01 * slow.min(initial=1, where=slow > ON_CIRCLE) / loop.dt)
+    omega = frequency_grid(loop.dt, points, lowest)
     L = frequency_response(loop, omega)[:, 0, 0]
     # At pi/dt the imaginary part is zero up to rounding: no sign to compare, a crossing by itself.
     real_axis = _roots(omega[:-1], L.imag[:-1], lambda w: at(w).imag) + [omega[-1]]
-    if np.abs(np.linalg.eigvals(loop.A) - 1).min() > ON_CIRCLE:
+    if np.abs(opened - 1).min() > ON_CIRCLE:
         real_axis.insert(0, 0.0)
     crossings = [(at(w).real, w) for w in real_axis]
     up = min(((-1 / x, w) for x, w in crossings if -1 < x < 0), default=(np.inf, np.nan))
@@ -352,7 +373,7 @@ def margins(loop, points=2000):
         modulus=float(distance.min()),
         modulus_omega=float(near[distance.argmin()]),
         crossover=tuple(crossover),
-        stable=bool(np.abs(closed_loop_eigenvalues(loop)[0]) < 1),
+        stable=bool(np.abs(closed[0]) < 1),
     )
 
 
@@ -372,4 +393,4 @@ def frequency_grid(dt, points=1500, lowest=1e-3):
 def _roots(omega, values, function):
     """Sign changes of `values` over `omega`, each refined on `function`."""
     at = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    return [brentq(function, omega[i], omega[i + 1], xtol=1e-10) for i in at]
+    return [brentq(function, omega[i], omega[i + 1], xtol=1e-14) for i in at]

@@ -6,7 +6,9 @@ from hypothesis import settings
 import pendlab as pl
 
 # The same examples on every machine and every run; designs take too long for a deadline.
-settings.register_profile("pendlab", derandomize=True, deadline=None, max_examples=20, database=None)
+settings.register_profile(
+    "pendlab", derandomize=True, deadline=None, max_examples=20, database=None
+)
 settings.load_profile("pendlab")
 
 

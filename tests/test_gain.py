@@ -138,7 +138,12 @@ def test_two_integrators_of_one_motor_are_not_stabilisable(double_design):
         (np.eye(5) + np.eye(5, k=1), 1, ValueError, r"Q: expected a symmetric .* use \(Q \+ Q.T\)"),
         ([1, 1, np.nan, 1, 1], 1, ValueError, "Q: every entry must be finite"),
         ([1, 1, 1, 1, 1], np.inf, ValueError, "R: every entry must be finite"),
-        ([1, 1, 1, 1, 0], 1, ValueError, "Q: no weight sees the mode at 1.* integrator needs a wei"),
+        (
+            [1, 1, 1, 1, 0],
+            1,
+            ValueError,
+            "Q: no weight sees the mode at 1.* integrator needs a wei",
+        ),
         (["a", 1, 1, 1, 1], 1, TypeError, "Q: expected an array of real numbers"),
         ([[1, 2], [3]], 1, TypeError, "Q: expected an array of real numbers"),
         (np.ones(5) * 1j, 1, TypeError, "Q: expected an array of real numbers"),

@@ -87,9 +87,7 @@ def kane(motion, n, m):
         new = hinge.locatenew(f"hinge{i + 1}", p["length"][i] * frame.y)
         new.v2pt_theory(hinge, ground, frame)
         hinge = new
-    method = me.KanesMethod(
-        ground, q_ind=q, u_ind=v, kd_eqs=[v[i] - q[i].diff() for i in range(n)]
-    )
+    method = me.KanesMethod(ground, q_ind=q, u_ind=v, kd_eqs=[v[i] - q[i].diff() for i in range(n)])
     fr, frstar = method.kanes_equations(bodies, loads)
     rates = [x.diff() for x in v]
     accelerations = sp.symbols(f"alpha1:{n + 1}")

@@ -55,7 +55,9 @@ def test_power_balance_at_any_state(data):
     """dE/dt = motor power - friction power, along f, at large angles too."""
     rig = data.draw(rigs())
     x = data.draw(states(rig.n_links, angle=3, rate=5))
-    u = np.array(data.draw(st.lists(st.floats(-9, 9), min_size=rig.n_motors, max_size=rig.n_motors)))
+    u = np.array(
+        data.draw(st.lists(st.floats(-9, 9), min_size=rig.n_motors, max_size=rig.n_motors))
+    )
     gradient = jacobian(lambda z: np.array([pl.energy(rig, z)]), x)[0]
     change = gradient @ pl.nonlinear(rig)(x, u)
     lost, given_ = powers(rig, x, u)
@@ -114,7 +116,11 @@ def test_positive_voltage_turns_the_upper_link_forward(rig):
 
 
 PRINTED = {
-    "double": ([31.4752, 3.0426, -0.4107, 96.7383], [-24.8992], [-165.3448, -4.9396, 0.0879, 4.7437]),
+    "double": (
+        [31.4752, 3.0426, -0.4107, 96.7383],
+        [-24.8992],
+        [-165.3448, -4.9396, 0.0879, 4.7437],
+    ),
     "triple": (
         [38.0067, -1.6968, -5.0736, -0.3192, 77.3017, 1.5023],
         [-19.8965, -5.6332],
@@ -156,7 +162,9 @@ def test_filters_add_their_poles_and_keep_the_gain(rig):
         F_in = np.diag(1 / (1 + s / (2 * np.pi * np.array(rig.filters.input_hz))))
         F_out = np.diag(1 / (1 + s / (2 * np.pi * np.array(rig.filters.output_hz))))
         G = plant(s, squeeze=False)
-        np.testing.assert_allclose(filtered(s, squeeze=False), F_out @ G @ F_in, rtol=1e-8, atol=1e-12)
+        np.testing.assert_allclose(
+            filtered(s, squeeze=False), F_out @ G @ F_in, rtol=1e-8, atol=1e-12
+        )
         char = lambda A: np.linalg.slogdet(s * np.eye(len(A)) - A)[1]  # noqa: E731, B023
         expected = char(plant.A) + np.log(np.abs(s + cutoffs)).sum()
         assert char(filtered.A) == pytest.approx(expected, rel=1e-10)
@@ -178,12 +186,28 @@ def test_filters_of_a_model_with_direct_feedthrough():
     [
         (lambda p, r: pl.linearize("double"), TypeError, "rig: expected a pl.Pendulum such as"),
         (lambda p, r: pl.nonlinear(None), TypeError, "rig: expected a pl.Pendulum such as"),
-        (lambda p, r: pl.nonlinear(r)([0, 0], [0]), ValueError, r"x: expected shape 4, found shape"),
-        (lambda p, r: pl.nonlinear(r)(np.zeros(4), [0, 0]), ValueError, "u: expected shape 1, found"),
-        (lambda p, r: pl.nonlinear(r)([0, np.nan, 0, 0], 0), ValueError, "x: every entry must be fin"),
+        (
+            lambda p, r: pl.nonlinear(r)([0, 0], [0]),
+            ValueError,
+            r"x: expected shape 4, found shape",
+        ),
+        (
+            lambda p, r: pl.nonlinear(r)(np.zeros(4), [0, 0]),
+            ValueError,
+            "u: expected shape 1, found",
+        ),
+        (
+            lambda p, r: pl.nonlinear(r)([0, np.nan, 0, 0], 0),
+            ValueError,
+            "x: every entry must be fin",
+        ),
         (lambda p, r: pl.energy(r, [0, 0, 0]), ValueError, "x: expected shape 4"),
         (lambda p, r: pl.with_filters(p, None), TypeError, "filters: expected pl.Filters such as"),
-        (lambda p, r: pl.with_filters(r, r.filters), TypeError, "plant: expected a control.StateSp"),
+        (
+            lambda p, r: pl.with_filters(r, r.filters),
+            TypeError,
+            "plant: expected a control.StateSp",
+        ),
         (
             lambda p, r: pl.with_filters(p, pl.load("triple").filters),
             ValueError,

@@ -264,20 +264,38 @@ def test_shared_eigenvalue_is_named(triple_design):
         pl.observer_family(triple_design.model, [shared, 0.5])
     X = np.array([[1.0, 2.0], [0.5, -1.0]])
     with pytest.raises(ValueError, match="E: shares the eigenvalue"):
-        pl.luenberger(triple_design.model, X @ np.diag([shared, 0.5]) @ np.linalg.inv(X), np.ones((2, 4)))
+        pl.luenberger(
+            triple_design.model, X @ np.diag([shared, 0.5]) @ np.linalg.inv(X), np.ones((2, 4))
+        )
 
 
 @pytest.mark.parametrize(
     "call, error, message",
     [
-        (lambda d: pl.observer_family(d.model.A, 0.9), TypeError, "model: expected a control.State"),
+        (
+            lambda d: pl.observer_family(d.model.A, 0.9),
+            TypeError,
+            "model: expected a control.State",
+        ),
         (lambda d: pl.luenberger(None, 0.9, 1), TypeError, "model: expected a control.StateSpace"),
         (lambda d: pl.observer(1, 0.9, 1, 1), TypeError, "model: expected a control.StateSpace"),
-        (lambda d: pl.luenberger(d.model, 0.9, np.ones((2, 3))), ValueError, "K: expected shape 2 x"),
+        (
+            lambda d: pl.luenberger(d.model, 0.9, np.ones((2, 3))),
+            ValueError,
+            "K: expected shape 2 x",
+        ),
         (lambda d: d.family.member([1, 2, 3]), ValueError, "coefficients: expected shape 4"),
         (lambda d: d.family.member([1, 2, 3, np.nan]), ValueError, "coefficients: every entry"),
-        (lambda d: d.family.project(np.ones((2, 5)), np.ones((2, 4))), ValueError, "T: expected shape"),
-        (lambda d: d.family.distance(np.ones((2, 6)), np.ones((1, 4))), ValueError, "K: expected shape"),
+        (
+            lambda d: d.family.project(np.ones((2, 5)), np.ones((2, 4))),
+            ValueError,
+            "T: expected shape",
+        ),
+        (
+            lambda d: d.family.distance(np.ones((2, 6)), np.ones((1, 4))),
+            ValueError,
+            "K: expected shape",
+        ),
         (
             lambda d: pl.observer(d.model, d.E, 1.01 * d.observer.T, d.observer.K),
             ValueError,
@@ -330,7 +348,9 @@ def test_block_diagonal_plants_give_block_diagonal_families():
     parts = [[rng.standard_normal(s) for s in ((3, 3), (3, 1), (2, 3))] for _ in range(2)]
     models = [control.ss(*p, 0, 0.01) for p in parts]
     both = control.ss(*(block_diag(*x) for x in zip(*parts, strict=True)), 0, 0.01)
-    members = [pl.observer_family(m, e).member([1.0]) for m, e in zip(models, (0.5, 0.6), strict=True)]
+    members = [
+        pl.observer_family(m, e).member([1.0]) for m, e in zip(models, (0.5, 0.6), strict=True)
+    ]
     family = pl.observer_family(both, [0.5, 0.6])
     T, K = (block_diag(*(getattr(m, x) for m in members)) for x in "TK")
     assert family.distance(T, K) < 1e-12

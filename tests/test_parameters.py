@@ -49,9 +49,17 @@ def test_any_number_of_links_and_motors(n, m):
 
 
 @pytest.mark.parametrize("field", LINK)
-@pytest.mark.parametrize("bad, error", [(-0.1, ValueError), (math.nan, ValueError),
-                                        (math.inf, ValueError), ("1", TypeError),
-                                        (True, TypeError), (None, TypeError)])
+@pytest.mark.parametrize(
+    "bad, error",
+    [
+        (-0.1, ValueError),
+        (math.nan, ValueError),
+        (math.inf, ValueError),
+        ("1", TypeError),
+        (True, TypeError),
+        (None, TypeError),
+    ],
+)
 def test_bad_link(field, bad, error):
     with pytest.raises(error, match=f"^Link {field}: expected a .*number"):
         pl.Link(**LINK | {field: bad})
@@ -75,7 +83,11 @@ def test_bad_motor(field, bad, error):
         (lambda: build(u_max=(math.nan,)), ValueError, r"u_max\[0\]"),
         (lambda: build(g=0), ValueError, "g: expected a number above 0"),
         (lambda: build(filters=(5,)), TypeError, "filters: expected pl.Filters or None"),
-        (lambda: build(filters=pl.Filters([5, 5], [9] * 3)), ValueError, "filters.input_hz: expect"),
+        (
+            lambda: build(filters=pl.Filters([5, 5], [9] * 3)),
+            ValueError,
+            "filters.input_hz: expect",
+        ),
         (lambda: build(filters=pl.Filters([5], [9] * 2)), ValueError, "filters.output_hz: expect"),
         (lambda: pl.Filters([-5], [9]), ValueError, r"Filters input_hz\[0\]: expected a number"),
         (lambda: pl.Pendulum([LINK] * 2, []), TypeError, "links: entry 1 must be a pl.Link"),
@@ -94,7 +106,9 @@ def test_one_motor_need_not_stand_in_a_list():
 
 @pytest.mark.parametrize("name", ["quadruple", "", "Double", "../rigs/double"])
 def test_unknown_rig_lists_the_known(name):
-    with pytest.raises(ValueError, match=f"no rig {re.escape(repr(name))}.* known are double, triple"):
+    with pytest.raises(
+        ValueError, match=f"no rig {re.escape(repr(name))}.* known are double, triple"
+    ):
         pl.load(name)
 
 
@@ -130,7 +144,11 @@ def test_own_folder_and_own_path(own, tmp_path, double):
     "old, new, message",
     [
         ("[[links]]", "[[links]", r"mine\.toml: not readable as TOML \(.*\); mend or restore"),
-        ("mass     = ", "mess = ", r"mine\.toml: entry 'mass' of links 1 is missing .* write mass ="),
+        (
+            "mass     = ",
+            "mess = ",
+            r"mine\.toml: entry 'mass' of links 1 is missing .* write mass =",
+        ),
         ("value = 0.7867,", "", r"mine\.toml: entry 'mass' of links 1 is missing or has no value"),
         ("{value = 9.81, unit", "9.81 #", r"mine\.toml: entry 'gravity' of top level is missing"),
         ('"kg"', '"g"', r"mine\.toml: entry 'mass' of links 1 must be in 'kg', found 'g'"),
