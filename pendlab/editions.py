@@ -1,0 +1,239 @@
+"""Editions of a solved notebook: for students, for teachers, and on paper.
+
+    python -m pendlab student notebooks        solutions taken out, checks kept, outputs cleared
+    python -m pendlab teacher notebooks        solutions, minutes, common mistakes, marking points
+    python -m pendlab handout notebooks --pdf  HTML that needs no network, and PDF with Chromium
+
+The marks are nbgrader's (`exercises`), and `stamp` writes its metadata, so that a school that has
+nbgrader can take the notebooks as they are.
+"""
+
+import copy
+import sys
+from pathlib import Path
+
+from . import exercises as paper
+
+NBGRADER_SCHEMA = 3
+
+
+def student(notebook):
+    """A copy without solutions, hidden tests and outputs; each gap says which exercise it is.
+
+    Raises ValueError naming the cell whose markers do not match.
+    """
+    edition = _without_solutions(notebook)
+    for cell in edition["cells"]:
+        if cell["cell_type"] == "code":
+            cell["outputs"], cell["execution_count"] = [], None
+    edition["metadata"].pop("widgets", None)
+    return edition
+
+
+def teacher(notebook, sheet=None):
+    """A copy with solutions in sight, notes after each task, and the lab sheet's text on top."""
+    edition = copy.deepcopy(notebook)
+    exercises = paper.exercises(edition)
+    notes = {exercise.task: exercise for exercise in exercises if exercise.task}
+    cells = [_markdown("teacher-overview", _overview(exercises, sheet))]
+    for cell in edition["cells"]:
+        if paper.has_solution(cell):
+            _show(cell)
+        cells.append(cell)
+        if cell["id"] in notes:
+            cells.append(_markdown(f"{cell['id']}-teacher", _notes(notes[cell["id"]])))
+    edition["cells"] = cells
+    return edition
+
+
+def stamp(notebook):
+    """Write nbgrader's metadata on exercise cells, from their ids and the tasks' points.
+
+    Solution cells are to be filled in, check cells are locked and carry the points (shared equally
+    where an exercise has several). Any other stamp is removed.
+    """
+    for cell in notebook["cells"]:
+        cell["metadata"].pop("nbgrader", None)
+    cells = {cell["id"]: cell for cell in notebook["cells"]}
+    for exercise in paper.exercises(notebook):
+        for name in exercise.solutions:
+            by_hand = not exercise.checks and name == exercise.solutions[0]
+            _stamp(cells[name], solution=True, points=exercise.points if by_hand else None)
+        for name in exercise.checks:
+            _stamp(cells[name], solution=False, points=exercise.points / len(exercise.checks))
+    for cell in notebook["cells"]:
+        if paper.has_solution(cell) and "nbgrader" not in cell["metadata"]:
+            _stamp(cell, solution=True)
+
+
+def _stamp(cell, solution, points=None):
+    entry = {
+        "grade": points is not None,
+        "grade_id": cell["id"],
+        "locked": not solution,
+        "schema_version": NBGRADER_SCHEMA,
+        "solution": solution,
+        "task": False,
+    }
+    if points is not None:
+        entry["points"] = points
+    cell["metadata"]["nbgrader"] = entry
+
+
+def _without_solutions(notebook):
+    edition = copy.deepcopy(notebook)
+    exercises = paper.exercises(edition)
+    names = {cell: e.name for e in exercises for cell in e.solutions}
+    checks = {cell for e in exercises for cell in e.checks}
+    for cell in edition["cells"]:
+        try:
+            _clear(cell, names.get(cell["id"]))
+        except ValueError as problem:
+            raise ValueError(f"cell {cell['id']}: {problem}.") from None
+        if cell["id"] in checks:
+            cell["metadata"]["editable"] = cell["metadata"]["deletable"] = False
+            notes = cell["metadata"].setdefault("pendlab", {})
+            notes["checksum"] = paper.fingerprint(cell["source"])
+    left = [c["id"] for c in edition["cells"] if any(m in c["source"] for m in paper.MARKERS)]
+    if left:
+        raise ValueError(f"cell {left[0]}: a marker is left; write it exactly as nbgrader does.")
+    return edition
+
+
+def _clear(cell, exercise):
+    source = paper.replace(cell["source"], paper.BEGIN_HIDDEN, paper.END_HIDDEN)
+    if paper.has_solution(cell):
+        what = f"Exercise {exercise}: write" if exercise else "Write"
+        stub = f'raise NotImplementedError("{what} your solution here")'
+        if cell["cell_type"] != "code":
+            stub = f"*{what} your answer here.*"
+        source = paper.replace(source, paper.BEGIN_SOLUTION, paper.END_SOLUTION, stub)
+        cell["metadata"]["deletable"] = False
+        _show(cell)
+        if cell["cell_type"] == "code":
+            cell["outputs"] = []
+    cell["source"] = source
+
+
+def _show(cell):
+    """Unfold a cell that a reader should see."""
+    jupyter = cell["metadata"].get("jupyter", {})
+    jupyter.pop("source_hidden", None)
+    if not jupyter:
+        cell["metadata"].pop("jupyter", None)
+
+
+def _markdown(name, text):
+    from nbformat.v4 import new_markdown_cell
+
+    return new_markdown_cell(text, id=name[:64], metadata={"tags": ["teacher"]})
+
+
+def _overview(exercises, sheet):
+    lines = ["## For the teacher", "", "| exercise | minutes | points |", "|---|---|---|"]
+    for exercise in exercises:
+        minutes = "" if exercise.minutes is None else f"{exercise.minutes:g}"
+        lines.append(f"| {exercise.name} | {minutes} | {exercise.points:g} |")
+    minutes, points = (sum(getattr(e, f) or 0 for e in exercises) for f in ("minutes", "points"))
+    lines.append(f"| **all** | {minutes:g} | {points:g} |")
+    if sheet:
+        lines += ["", sheet]
+    return "\n".join(lines)
+
+
+def _notes(exercise):
+    facts = [] if exercise.minutes is None else [f"expected time {exercise.minutes:g} min"]
+    facts.append(f"{exercise.points:g} points" if exercise.points != 1 else "1 point")
+    lines = [f"> **For the teacher, exercise {exercise.name}:** {', '.join(facts)}."]
+    for title, items in (
+        ("Common mistakes", exercise.mistakes),
+        ("Marking points", exercise.marking),
+    ):
+        if items:
+            lines += [">", f"> {title}:", ">", *(f"> - {item}" for item in items)]
+    return "\n".join(lines)
+
+
+def lab_sheet(path):
+    """Text of ``labs/<the notebook's name>.md`` beside a notebook, or None."""
+    sheet = path.parent / "labs" / f"{path.stem}.md"
+    return sheet.read_text(encoding="utf-8") if sheet.exists() else None
+
+
+def expand(paths):
+    """Notebook files of paths: a folder stands for all notebooks in it, homework included."""
+    found = []
+    for path in map(Path, paths):
+        if path.is_dir():
+            inside = sorted(path.rglob("*.ipynb"), key=lambda p: p.as_posix())
+            found += [p for p in inside if ".ipynb_checkpoints" not in p.parts]
+        elif path.suffix == ".ipynb" and path.exists():
+            found.append(path)
+        else:
+            raise ValueError(f"notebooks: expected a notebook or a folder, found {str(path)!r}.")
+    if not found:
+        raise ValueError("notebooks: the folders hold no notebook.")
+    return found
+
+
+def add_commands(commands):
+    for name, run, about in (
+        ("student", _run_student, "notebooks without solutions"),
+        ("teacher", _run_teacher, "notebooks with solutions and notes"),
+        ("handout", _run_handout, "printable pages that need no network"),
+    ):
+        parser = commands.add_parser(name, help=about)
+        parser.add_argument("notebooks", nargs="*", type=Path, default=[Path("notebooks")])
+        parser.add_argument("--folder", type=Path, default=Path(f"pendlab-{name}"))
+        parser.set_defaults(run=run)
+        if name == "handout":
+            parser.add_argument("--solutions", action="store_true", help="keep the solutions")
+            parser.add_argument("--pdf", action="store_true", help="PDF too, with Chromium")
+
+
+def _run_student(options):
+    return _write_editions(options, lambda path, notebook: student(notebook))
+
+
+def _run_teacher(options):
+    return _write_editions(options, lambda path, notebook: teacher(notebook, lab_sheet(path)))
+
+
+def _write_editions(options, edit):
+    import nbformat
+
+    for path, target in _targets(options, ".ipynb"):
+        edition = edit(path, nbformat.read(path, as_version=4))
+        target.write_text(nbformat.writes(edition) + "\n", encoding="utf-8")
+        print(target)
+    return 0
+
+
+def _run_handout(options):
+    import nbformat
+
+    from .handout import html, pdf
+
+    for path, target in _targets(options, ".html"):
+        notebook = nbformat.read(path, as_version=4)
+        edition = notebook if options.solutions else _without_solutions(notebook)
+        target.write_text(html(edition, path), encoding="utf-8")
+        print(target)
+        if options.pdf and not pdf(target):
+            print("No Chromium was found: open the HTML page and print it.", file=sys.stderr)
+            options.pdf = False
+    return 0
+
+
+def _targets(options, suffix):
+    """(notebook, file to write) pairs; folders below the notebooks' common one are kept."""
+    paths = [path.resolve() for path in expand(options.notebooks)]
+    top = min((path.parent for path in paths), key=lambda parent: len(parent.parts))
+    folder = options.folder.resolve()
+    for path in paths:
+        inside = path.relative_to(top) if path.is_relative_to(top) else Path(path.name)
+        target = (folder / inside).with_suffix(suffix)
+        if target == path:
+            raise ValueError(f"folder: {path.name} would be written over its original.")
+        target.parent.mkdir(parents=True, exist_ok=True)
+        yield path, target

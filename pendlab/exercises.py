@@ -1,0 +1,183 @@
+"""Exercises in a notebook: where tasks, solutions and checks are, and their marks.
+
+An exercise is a task cell (Markdown), one or more solution cells and check cells, named by their
+ids: ``02-ex1-task``, ``02-ex1-solution``, ``02-ex1-check``. What belongs to the solution stands
+between nbgrader's markers. Functions take a notebook as a dictionary and nothing but the standard
+library, so that the marker can read what it does not trust.
+"""
+
+import ast
+import hashlib
+import json
+import re
+from dataclasses import dataclass, field
+from pathlib import Path
+
+PART = re.compile(r"(?P<unit>.+)-ex(?P<number>\d+)-(?P<role>task|solution|check)[a-z0-9-]*")
+BEGIN_SOLUTION, END_SOLUTION = "BEGIN SOLUTION", "END SOLUTION"
+BEGIN_HIDDEN, END_HIDDEN = "BEGIN HIDDEN TESTS", "END HIDDEN TESTS"
+MARKERS = (BEGIN_SOLUTION, END_SOLUTION, BEGIN_HIDDEN, END_HIDDEN)
+LARGEST_FILE = 50_000_000  # bytes
+
+
+@dataclass
+class Exercise:
+    """One exercise: the ids of its cells, and what the task cell's metadata says about it.
+
+    `minutes` is the expected time, `points` the marks, `mistakes` common mistakes and `marking`
+    what earns the points, all from ``{"pendlab": {"exercise": "02.1", "minutes": 5, ...}}``.
+    """
+
+    name: str
+    task: str | None = None
+    solutions: list = field(default_factory=list)
+    checks: list = field(default_factory=list)
+    minutes: float | None = None
+    points: float = 1
+    mistakes: tuple = ()
+    marking: tuple = ()
+
+
+def read(path):
+    """A notebook file as a dictionary with each cell's source as one string and every id set.
+
+    Raises ValueError with a sentence for a file that is not a notebook of format 4.
+    """
+    path = Path(path)
+    if path.stat().st_size > LARGEST_FILE:
+        raise ValueError(f"{path.name}: larger than {LARGEST_FILE // 1_000_000} MB")
+    try:
+        notebook = json.loads(path.read_text(encoding="utf-8"))
+    except (ValueError, RecursionError):
+        raise ValueError(f"{path.name}: not a notebook (the file is not JSON)") from None
+    cells = notebook.get("cells") if isinstance(notebook, dict) else None
+    if not isinstance(cells, list) or not all(isinstance(cell, dict) for cell in cells):
+        raise ValueError(f"{path.name}: not a notebook of format 4 (it has no list of cells)")
+    for position, cell in enumerate(cells):
+        source = cell.get("source", "")
+        cell["source"] = "".join(map(str, source)) if isinstance(source, list) else str(source)
+        cell["id"] = str(cell.get("id", f"cell-{position}"))
+        if not isinstance(cell.get("metadata"), dict):
+            cell["metadata"] = {}
+    return notebook
+
+
+def exercises(notebook):
+    """The exercises of a notebook in the order in which they come."""
+    found = {}
+    for cell in notebook["cells"]:
+        part = PART.fullmatch(cell["id"])
+        if not part:
+            continue
+        key = part["unit"], part["number"]
+        exercise = found.setdefault(key, Exercise(f"{part['unit']}.{part['number']}"))
+        if part["role"] == "task":
+            exercise.task = cell["id"]
+            _describe(exercise, cell["metadata"].get("pendlab", {}))
+        elif part["role"] == "solution":
+            exercise.solutions.append(cell["id"])
+        else:
+            exercise.checks.append(cell["id"])
+    return list(found.values())
+
+
+def _describe(exercise, notes):
+    exercise.name = notes.get("exercise", exercise.name)
+    exercise.minutes = notes.get("minutes")
+    exercise.points = notes.get("points", exercise.points)
+    exercise.mistakes = tuple(notes.get("mistakes", ()))
+    exercise.marking = tuple(notes.get("marking", ()))
+
+
+def tags(cell):
+    return set(cell["metadata"].get("tags", ()))
+
+
+def region(source, begin=BEGIN_SOLUTION, end=END_SOLUTION):
+    """First and last line (from 0, markers included) of each marked region.
+
+    Raises ValueError for a marker without its partner.
+    """
+    regions, start = [], None
+    for number, line in enumerate(source.splitlines()):
+        if begin in line:
+            if start is not None:
+                raise ValueError(f"{begin} twice without {end}")
+            start = number
+        elif end in line:
+            if start is None:
+                raise ValueError(f"{end} without {begin}")
+            regions.append((start, number))
+            start = None
+    if start is not None:
+        raise ValueError(f"{begin} without {end}")
+    return regions
+
+
+def replace(source, begin, end, stub=""):
+    """The source with each marked region replaced by `stub`, indented as its first marker."""
+    lines = source.splitlines()
+    for first, last in reversed(region(source, begin, end)):
+        indent = lines[first][: len(lines[first]) - len(lines[first].lstrip())]
+        lines[first : last + 1] = [indent + stub] if stub else []
+    return "\n".join(lines)
+
+
+def has_solution(cell):
+    return BEGIN_SOLUTION in cell["source"]
+
+
+def fingerprint(source):
+    """Checksum of a cell's source that trailing blanks do not change."""
+    lines = [line.rstrip() for line in source.strip().splitlines()]
+    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
+
+
+def split(source):
+    """What precedes the first marked region, and the names bound from there on in the cell."""
+    first = region(source)[0][0] + 1  # the marker's line, from 1
+    body = ast.parse(source).body
+    given = [node for node in body if node.end_lineno < first]
+    theirs = [node for node in body if node.end_lineno >= first]
+    return "\n".join(ast.unparse(node) for node in given), sorted(bound(theirs))
+
+
+def bound(nodes):
+    """Names that statements bind or change (targets, imports, definitions, item assignments)."""
+    found = set()
+    for node in nodes:
+        found |= _bound_here(node)
+    return found
+
+
+def _bound_here(node):
+    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
+        return {node.name}
+    if isinstance(node, (ast.Import, ast.ImportFrom)):
+        return {(name.asname or name.name).split(".")[0] for name in node.names}
+    if isinstance(node, (ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
+        return {part.target.id for part in ast.walk(node) if isinstance(part, ast.NamedExpr)}
+    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+        return {node.id}
+    found = set()
+    if isinstance(node, (ast.Attribute, ast.Subscript)) and isinstance(node.ctx, ast.Store):
+        found |= _base(node)
+    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
+        found |= _base(node.value.func)  # a bare call may change its object: rows.append(...)
+    return found | bound(ast.iter_child_nodes(node))
+
+
+def _base(node):
+    while isinstance(node, (ast.Attribute, ast.Subscript)):
+        node = node.value
+    return {node.id} if isinstance(node, ast.Name) else set()
+
+
+def used(nodes):
+    """Names that statements read."""
+    return {
+        name.id
+        for node in nodes
+        for name in ast.walk(node)
+        if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Load)
+    }
