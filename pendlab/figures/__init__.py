@@ -11,7 +11,7 @@ from pathlib import Path
 from .._checks import found
 from ..design import Design
 from ..parameters import load
-from . import loops, schematics, style
+from . import loops, schematics, style, traces
 from .style import new_figure
 
 __all__ = ["figure", "new_figure", "save", "show"]
@@ -35,6 +35,8 @@ OF_A_DESIGN = {
     14: loops.fig14,
 }
 
+OF_A_RUN = {15: traces.fig15, 16: traces.fig16, 17: traces.fig17}
+
 
 def figure(number, design=None, **options):
     """A figure of the paper as a matplotlib Figure with ``.caption`` and ``.alt``.
@@ -42,8 +44,8 @@ def figure(number, design=None, **options):
     Parameters
     ----------
     number : the paper's number
-    design : Design, by default the paper's; for the drawings 1 to 4 a Pendulum too. The diagrams
-        5 and 9 are the same for every design.
+    design : Design, by default the paper's; for the drawings 1 to 4 a Pendulum too, for the traces
+        15 to 17 a Run. The diagrams 5 and 9 are the same for every design.
     options : passed on to the function that draws it, such as ``angles`` of 2 and 3, ``kps`` of 6,
         ``other`` of 8
 
@@ -62,13 +64,15 @@ def figure(number, design=None, **options):
         return OF_NOTHING[number](**options)
     if number in OF_A_DESIGN:
         return OF_A_DESIGN[number](design, **options)
+    if number in OF_A_RUN:
+        return OF_A_RUN[number](design, **options)
     known = ", ".join(map(str, numbers()))
     raise ValueError(f"number: expected a figure of the paper, one of {known}, {found(number)}.")
 
 
 def numbers():
     """The numbers of all figures, in order."""
-    return sorted([*OF_A_RIG, *OF_NOTHING, *OF_A_DESIGN])
+    return sorted([*OF_A_RIG, *OF_NOTHING, *OF_A_DESIGN, *OF_A_RUN])
 
 
 def show(fig):

@@ -1,0 +1,180 @@
+"""Traces of a simulated run, and the paper's Figs 15 to 17 from the explained bench.
+
+Every panel can be moved: ``draw_...`` creates the artists once and returns ``update(run)``.
+"""
+
+from functools import lru_cache
+
+import numpy as np
+
+from .._checks import found
+from ..imperfections import bench_imperfections, bench_start
+from ..ledger import published
+from ..paper import paper_design
+from ..simulation import Run, simulate
+from .style import angle_name, describe, freeze_layout, look, new_figure, styled
+
+# Panel -> what it shows; the letters of the paper's figures in this order.
+LABELS = {
+    "a": "measured angles, rad",
+    "b": "measured rate of link 1, rad/s",
+    "c": "voltage of motor 1, V",
+    "d": "voltage of motor 2, V",
+}
+
+
+@lru_cache
+def bench_run(name, t_end=37.0):
+    """The paper's rig and controller on the bench of ``data/gearbox.toml``, from its start by hand."""
+    design = paper_design(name)
+    return simulate(
+        design.rig,
+        design.controller,
+        t_end,
+        initial=bench_start(design.rig),
+        imperfections=bench_imperfections(design.rig),
+    )
+
+
+@styled()
+def fig15(run=None):
+    """Fig 15: the triple's transient, 0 to 7 s."""
+    return _experiment("15", "triple", run, "the first seconds of the triple on the bench")
+
+
+@styled()
+def fig16(run=None):
+    """Fig 16: the triple's steady operation, 30 to 37 s."""
+    return _experiment("16", "triple", run, "the triple half a minute after its start")
+
+
+@styled()
+def fig17(run=None):
+    """Fig 17: the double's steady operation, 10 to 18 s."""
+    return _experiment("17", "double", run, "the double after ten seconds")
+
+
+def signals(run):
+    """Panel -> {look: trace}, as recorded by the paper's computer: readings and sent voltages."""
+    n = run.rig.n_links
+    panels = {
+        "a": {angle_name(i + 1): run.y[:, i] for i in range(n)},
+        "b": {"rate": run.y[:, n]},
+    }
+    for motor in range(min(run.rig.n_motors, 2)):
+        panels["cd"[motor]] = {f"u{motor + 1}": run.u[:, motor]}
+    return panels
+
+
+def fill(run, number):
+    """Panel -> (lowest, highest, frame low, frame high, share of the frame that is filled).
+
+    The share is negative-safe: readings outside the frame give lowest < frame low or highest >
+    frame high.
+    """
+    result = {}
+    for panel, traces in signals(run).items():
+        low, high = published(f"fig{number}{panel}.y_axis").values
+        inside = _window(run, number, panel)
+        values = np.concatenate([trace[inside] for trace in traces.values()])
+        if not len(values):
+            values = np.array([np.nan])
+        share = (values.max() - values.min()) / (high - low)
+        result[panel] = (values.min(), values.max(), low, high, share)
+    return result
+
+
+def _window(run, number, panel="a"):
+    start, stop = published(f"fig{number}{panel}.t_axis").values
+    return (run.t >= start) & (run.t <= stop)
+
+
+def draw_traces(ax, run, panel, window=None, frame=None):
+    """One panel of traces over time; ``update(run)`` moves them.
+
+    Parameters
+    ----------
+    window, frame : (2,) ends of the time axis (s) and of the value axis; the run's own where None
+    """
+    lines = {name: ax.plot([], [], **look(name))[0] for name in signals(run)[panel]}
+    ax.set(xlabel="time, s", ylabel=LABELS[panel])
+    if frame is not None:
+        ax.set_ylim(frame)
+    if window is not None:
+        ax.set_xlim(window)
+    ax.axhline(0, color="0.7", linewidth=0.8, zorder=0)
+
+    def update(run):
+        for name, trace in signals(run)[panel].items():
+            lines[name].set_data(run.t, trace)
+        if frame is None or window is None:
+            ax.relim()
+            ax.autoscale_view(scalex=window is None, scaley=frame is None)
+        return tuple(lines.values())
+
+    update(run)
+    if len(lines) > 1:
+        ax.legend(loc="upper right", ncols=len(lines), handlelength=1.6, columnspacing=1.0)
+    return update
+
+
+def _experiment(number, name, run, what):
+    run = bench_run(name) if run is None else run
+    if not isinstance(run, Run):
+        raise TypeError(f"run: expected what pl.simulate returns, {found(run)}.")
+    panels = list(signals(run))
+    expected = [
+        e.key[5] for e in published() if e.key.startswith(f"fig{number}") and "y_axis" in e.key
+    ]
+    if panels != expected:
+        raise ValueError(
+            f"run: Fig {number} has panels {', '.join(expected)}, found a rig with "
+            f"{run.rig.n_motors} motors; simulate the paper's {name} pendulum."
+        )
+    fig = new_figure(9.5, 5.6)
+    axes = fig.subplots(2, 2).ravel()
+    for ax in axes[len(panels) :]:
+        ax.set_visible(False)
+    updates = [
+        draw_traces(
+            ax,
+            run,
+            panel,
+            published(f"fig{number}{panel}.t_axis").values,
+            published(f"fig{number}{panel}.y_axis").values,
+        )
+        for ax, panel in zip(axes, panels)
+    ]
+    for ax, panel in zip(axes, panels):
+        ax.set_title(f"{number}{panel}", loc="left")
+    freeze_layout(fig)
+
+    def update(run):
+        for move in updates:
+            move(run)
+        return describe(fig, *_words(number, what, run))
+
+    fig.update = update
+    return update(run)
+
+
+def _words(number, what, run):
+    if run.fell and run.fell_at < published(f"fig{number}a.t_axis").values[0]:
+        text = f"Fig {number}. It falls at {run.fell_at:.2f} s, before these axes begin."
+        return text, text
+    filled = fill(run, number)
+    outside = [p for p, (least, most, low, high, _) in filled.items() if least < low or most > high]
+    amounts = "; ".join(
+        f"{number}{p} {least:+.2f} to {most:+.2f} ({share:.0%} of the axis)"
+        for p, (least, most, _, _, share) in filled.items()
+    )
+    verdict = (
+        f"panels {', '.join(outside)} leave the paper's axes"
+        if outside
+        else "every panel stays inside the paper's axes"
+    )
+    fall = f" It falls at {run.fell_at:.2f} s." if run.fell else ""
+    return (
+        f"Fig {number}. In simulation, {what}: {verdict}.{fall} Ranges: {amounts}.",
+        f"Panels over time in the paper's axes: {'; '.join(LABELS[p] for p in filled)}. {amounts}.",
+    )
