@@ -96,9 +96,10 @@ def test_curves_of_figs_10_to_14_are_equations_33_to_35(triple, filters):
     sigma = sigma_min(loop)
     rd = return_differences(triple.controller, plant, sigma.omega)
     np.testing.assert_allclose(sigma.sigma, rd.sigma_min, rtol=1e-8)
-    np.testing.assert_allclose(nyquist(loop).curve, rd.det, rtol=1e-8)
-    np.testing.assert_allclose(nyquist(triple.loop(0, filters)).curve, rd.rd1 - 1, rtol=1e-6)
-    np.testing.assert_allclose(nyquist(triple.loop(1, filters)).curve, rd.rd2 - 1, rtol=1e-6)
+    curve = lambda loop: nyquist(loop, points=1200).curve  # noqa: E731
+    np.testing.assert_allclose(curve(loop), rd.det, rtol=1e-8)
+    np.testing.assert_allclose(curve(triple.loop(0, filters)), rd.rd1 - 1, rtol=1e-6)
+    np.testing.assert_allclose(curve(triple.loop(1, filters)), rd.rd2 - 1, rtol=1e-6)
 
 
 def test_fig_10_is_the_loop_that_F_was_designed_for(triple):
@@ -109,7 +110,7 @@ def test_fig_10_is_the_loop_that_F_was_designed_for(triple):
 
 
 def test_smallest_singular_value_lies_below_both_return_differences(triple):
-    sigma = sigma_min(triple.filtered_loop)
+    sigma = sigma_min(triple.filtered_loop, points=3000)
     for index in (0, 1):
         assert np.all(sigma.sigma <= np.abs(1 + nyquist(triple.loop(index, True)).curve) + 1e-12)
     assert sigma.lowest <= sigma.sigma.min()
@@ -144,7 +145,7 @@ def test_turns_on_the_ray_are_the_counted_ones(double, triple, which):
         "det": triple.nominal_loop,
     }[which]
     data = full_nyquist(loop)
-    direction, radii, signs = data.ray
+    _, radii, signs = data.ray
     assert signs.sum() == encirclements(loop).turns == len(data.unstable)
     assert len(radii) == len(signs) and np.all(radii > 0)
     np.testing.assert_allclose(data.closed, data.closed[::-1].conj())
@@ -264,8 +265,9 @@ def test_captions_say_what_the_margins_are(figures, triple, double):
     said = numbers(figures[8].caption)
     for observer in (1, 2):
         m = margins(pl.paper_design("double", observer).loop(0, True))
-        for expected, digit in ((m.gain_up, 0.05), (m.modulus, 5e-3), (m.phase_omega / HZ, 5e-3)):
-            assert any(abs(x - expected) <= digit for x in said)
+        assert f"bears {m.gain_up:.3g} times the gain" in figures[8].caption
+        for expected in (m.modulus, m.phase_omega / HZ):
+            assert any(abs(x - expected) <= 5e-3 for x in said)
     lowest = [sigma_min(loop).lowest for loop in (triple.nominal_loop, triple.filtered_loop)]
     assert all(f"{decibels(x):.1f} dB" in figures[14].caption for x in lowest)
 
@@ -291,7 +293,7 @@ def test_frequencies_are_near_the_printed_ones(figures):
 @pytest.mark.parametrize("number", COMPUTED)
 def test_update_equals_a_fresh_figure(number, double, triple):
     if number in (7, 8):
-        first, changed = double, replace(double, R=(30.0,), coefficients=None)
+        first, changed = double, replace(double, Q=(0.1, 1e4, 0, 0.01, 1), coefficients=None)
     else:
         first, changed = triple, replace(triple, kp=6.0, coefficients=None)
     fig, fresh = pl.figure(number, first), pl.figure(number, changed)
@@ -323,7 +325,8 @@ def test_panels_take_several_curves_and_any_frame(triple):
 def test_unstable_design_is_drawn_and_said_to_be_so(triple):
     """Filters and a high k_p: the loop with filters is unstable, and the words say so."""
     fig = pl.figure(11, replace(triple, kp=30.0, coefficients=None))
-    assert "(the closed loop is unstable)" in fig.caption
+    assert "with filters the closed loop is unstable" in fig.caption
+    assert "without" not in fig.caption
     assert len(png(fig)) > 5000
 
 
@@ -350,9 +353,9 @@ def test_figures_of_two_inputs_ask_for_them(number, double):
 
 
 def test_wrong_design_is_named():
-    with pytest.raises(TypeError, match="design: expected a pl.Design"):
+    with pytest.raises(TypeError, match=r"design: expected a pl\.Design"):
         pl.figure(8, "double")
-    with pytest.raises(TypeError, match="design: expected a pl.Design"):
+    with pytest.raises(TypeError, match=r"design: expected a pl\.Design"):
         pl.figure(8, other=3)
     with pytest.raises(ValueError, match="k_p to mark"):
         pl.figure(6, pl.paper_design("double"))

@@ -184,7 +184,7 @@ class SmallestSingularValue:
     lowest_omega: float
 
 
-def sigma_min(loop, points=3000):
+def sigma_min(loop, points=1200):
     """`SmallestSingularValue` of I + L(e^(j omega dt)), equation (35), for a sampled loop."""
 
     def smallest(omega):
