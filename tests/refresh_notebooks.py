@@ -52,6 +52,7 @@ def settle(notebook):
     notebook.metadata["language_info"] = {"name": "python"}
     for number, cell in enumerate(c for c in notebook.cells if c.cell_type == "code"):
         cell.execution_count = number + 1
+        cell.outputs = joined(cell.outputs)
         views = 0
         for output in cell.outputs:
             if output.output_type == "execute_result":
@@ -60,6 +61,18 @@ def settle(notebook):
                 # The id of a live widget means nothing in a file; nbval skips this entry.
                 output.data[WIDGET_VIEW]["model_id"] = f"{cell.id}-{views}"
                 views += 1
+
+
+def joined(outputs):
+    """Outputs with the pieces of one stream that follow each other put together."""
+    result = []
+    for output in outputs:
+        last = result[-1] if result else {}
+        if output.output_type == "stream" and last.get("name") == output.name:
+            last.text += output.text
+        else:
+            result.append(output)
+    return result
 
 
 def main(arguments):
