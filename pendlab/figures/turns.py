@@ -159,7 +159,7 @@ def draw_contour(ax, data):
 
     Returns update(data).
     """
-    _rings(ax, NEAR_ONE, [1e-6, 1e-4, 1e-2, 1], 130)
+    _rings(ax, NEAR_ONE, [1e-4, 1e-2, 1], 55)
     (upper,) = ax.plot([], [], color=COLORS["black"])
     (lower,) = ax.plot([], [], color=COLORS["sky"], linestyle="--")
     (around,) = ax.plot([], [], color=COLORS["orange"], linewidth=2.6)
@@ -184,6 +184,8 @@ def draw_contour(ax, data):
         point(ax, heads[0], [on], (0.3, 0.75))
         point(ax, heads[1], [on[::-1].conj()], (0.25, 0.7))
         point(ax, heads[2], [far], (0.25, 0.75))
+        at_one = "integrator, $z=1$" if data.integrators else "no integrator at $z=1$"
+        legend.get_texts()[0].set_text(at_one)
         legend.get_texts()[1].set_text(f"{len(data.unstable)} unstable open-loop poles")
 
     update(data)
