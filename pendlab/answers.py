@@ -18,12 +18,12 @@ NUMBERS = frozenset("biufc")
 
 def encode(value, keep):
     """JSON form of a value; `keep(value)` gives the number of an object that has none."""
+    if isinstance(value, (np.ndarray, np.generic)):  # first, as np.float64 is a float too
+        return _encode_array(np.asarray(value), keep)
     if value is None or isinstance(value, (bool, int, float, str)):
         return _bare(value)
     if isinstance(value, complex):
         return {"complex": [value.real, value.imag]}
-    if isinstance(value, (np.ndarray, np.generic)):
-        return _encode_array(np.asarray(value), keep)
     for kind in (list, tuple, set):
         if isinstance(value, kind):
             return {kind.__name__: [encode(item, keep) for item in value]}

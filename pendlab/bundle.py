@@ -72,9 +72,9 @@ Made for {system} on {machine} with Python {version}; {count} wheels, {size:.0f}
 2. Linux, macOS: `sh install.sh`. Windows: double-click `install.bat`.
 3. Linux, macOS: `sh start.sh`. Windows: double-click `start.bat`.
 
-Python {version} itself must be on the PC already. Another one is chosen on Linux and macOS by
-`PYTHON=/path/to/python3 sh install.sh`, but its version has to be {version} as well, because
-some wheels are made for one version. Tests: `.venv/bin/pytest` (Windows: `.venv\\Scripts\\pytest`).
+Python {version} itself must be on the PC already, {full} or a later {version}: many wheels are made
+for one version. Which Python is used can be chosen on Linux and macOS by
+`PYTHON=/path/to/python{version} sh install.sh`. Tests: `.venv/bin/pytest` (Windows: `.venv\\Scripts\\pytest`).
 """
 
 
@@ -165,6 +165,7 @@ def write_scripts(folder):
         system=platform.system(),
         machine=platform.machine(),
         version=version,
+        full=platform.python_version(),
         count=len(wheels),
         size=sum(wheel.stat().st_size for wheel in wheels) / 1e6,
     )

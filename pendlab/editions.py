@@ -92,8 +92,8 @@ def _without_solutions(notebook):
             raise ValueError(f"cell {cell['id']}: {problem}.") from None
         if cell["id"] in checks:
             cell["metadata"]["editable"] = cell["metadata"]["deletable"] = False
-            notes = cell["metadata"].setdefault("pendlab", {})
-            notes["checksum"] = paper.fingerprint(cell["source"])
+            checksum = paper.fingerprint(cell["source"])
+            cell["metadata"].setdefault("pendlab", type(cell["metadata"])())["checksum"] = checksum
     left = [c["id"] for c in edition["cells"] if any(m in c["source"] for m in paper.MARKERS)]
     if left:
         raise ValueError(f"cell {left[0]}: a marker is left; write it exactly as nbgrader does.")

@@ -124,7 +124,7 @@ def replace(source, begin, end, stub=""):
 
 
 def has_solution(cell):
-    return BEGIN_SOLUTION in cell["source"]
+    return BEGIN_SOLUTION in cell["source"] or END_SOLUTION in cell["source"]
 
 
 def fingerprint(source):

@@ -24,7 +24,8 @@ td, th { border: 1px solid #bbb; padding: .15em .6em; text-align: left; }
 math[display=block] { margin: .6em 0; }
 blockquote { border-left: 3px solid #bbb; margin-left: 0; padding-left: 1em; }
 .output_stderr { color: #a00; }
-@media print { a { color: inherit; text-decoration: none; } img, table, .highlight { break-inside: avoid; } }
+math { font-family: "STIX Two Math", "Cambria Math", "Latin Modern Math", math; }
+@media print { body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } a { color: inherit; text-decoration: none; } img, table, .highlight { break-inside: avoid; } }
 """
 
 
@@ -39,7 +40,7 @@ def html(notebook, path):
     exporter = HTMLExporter(
         template_name="basic", embed_images=True, exclude_input_prompt=True, sanitize_html=False
     )
-    exporter.register_filter("markdown2html", _markdown)
+    exporter.register_filter("markdown2html", markdown)
     body, _ = exporter.from_notebook_node(
         notebook, resources={"metadata": {"path": str(Path(path).parent), "name": path.stem}}
     )
@@ -91,7 +92,8 @@ def _latex_output(text):
     return mathml(inner.replace(r"\displaystyle", ""), block=True)
 
 
-def _markdown(source):
+def markdown(source):
+    """Markdown with formulas as HTML that needs no script."""
     from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 
     class Renderer(IPythonRenderer):

@@ -53,8 +53,8 @@ class Pupil:
             reply = json.loads(line) if line.endswith(b"\n") else None
         except (OSError, ValueError, RecursionError):
             reply = None
-        if not isinstance(reply, dict):
-            raise Gone(f"the notebook ended its process, or its reply was too long{self.where()}")
+        if not isinstance(reply, dict) or not reply.keys() & {"error", "value", "missing"}:
+            raise Gone(f"the notebook ended its process or disturbed its channel{self.where()}")
         return reply
 
     def where(self):
@@ -68,7 +68,7 @@ class Pupil:
                 continue
             self.cell = cell["id"]
             report({"running": self.cell})
-            error = self.ask(do="run", source=cell["source"])["error"]
+            error = self.ask(do="run", source=cell["source"]).get("error")
             if error:
                 self.errors[self.cell] = str(error)
 

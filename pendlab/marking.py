@@ -22,6 +22,7 @@ import subprocess
 import sys
 import tempfile
 from collections import namedtuple
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict
 from pathlib import Path
 
@@ -32,7 +33,7 @@ Row = namedtuple("Row", (*COLUMNS, "score", "claimed"), defaults=(None, None))
 LARGEST_REPORT = 10_000_000  # bytes
 
 
-def mark(folder, originals, limits=None, each=None):
+def mark(folder, originals, limits=None, jobs=1, each=None):
     """Mark every submission below a folder.
 
     Parameters
@@ -40,32 +41,34 @@ def mark(folder, originals, limits=None, each=None):
     folder : of the submissions
     originals : paths of the solved notebooks
     limits : confinement.Limits for each submission
-    each : called with (student, notebook, rows) as each is done
+    jobs : submissions marked at the same time
+    each : called with (student, notebook) as each is done
 
     Returns
     -------
-    list of Row, by student, notebook and exercise
+    list of Row, by student, notebook and exercise, whatever the number of jobs
     """
     from .confinement import Limits
 
     limits = limits or Limits()
     known = {Path(path): paper.read(path) for path in originals}
     handed_in, unknown = collect(folder, known)
-    students = sorted({student for student, _ in handed_in} | {student for student, _ in unknown})
-    rows = []
-    for student in students:
-        for path, original in known.items():
-            submission = handed_in.get((student, path))
-            done = _mark_one(student, path, original, submission, (folder, path.parent), limits)
-            if each:
-                each(student, path.stem, done)
-            rows += done
-        rows += [
-            Row(student, path.name, "", 0, 0, "unreadable", reason)
-            for (owner, path), reason in unknown.items()
-            if owner == student
-        ]
-    return rows
+    students = sorted({student for student, _ in (*handed_in, *unknown)})
+
+    def one(task):
+        student, path = task
+        hidden = (folder, path.parent)
+        rows = _mark_one(student, path, known[path], handed_in.get(task), hidden, limits)
+        if each:
+            each(student, path.stem)
+        return rows
+
+    with ThreadPoolExecutor(jobs) as pool:
+        marked = list(pool.map(one, [(student, path) for student in students for path in known]))
+    rows = [row for rows in marked for row in rows]
+    for (student, path), reason in unknown.items():
+        rows.append(Row(student, path.name, "", 0, 0, "unreadable", _one_line(reason)))
+    return sorted(rows, key=lambda row: row.student)
 
 
 def collect(folder, originals):
@@ -236,6 +239,7 @@ def add_commands(commands):
     parser.add_argument("--leaderboard", type=Path, help="CSV of recomputed scores")
     parser.add_argument("--seconds", type=float, default=120, help="for each submission")
     parser.add_argument("--memory", type=float, default=4000, help="MB for each submission")
+    parser.add_argument("--jobs", type=int, default=1, help="submissions at the same time")
     parser.set_defaults(run=_run)
 
 
@@ -254,7 +258,9 @@ def _run(options):
     if problems:
         print("The original does not pass its own checks; nothing was marked.", *problems, sep="\n")
         return 1
-    rows = mark(options.folder, originals, limits, lambda *done: print(*done[:2], flush=True))
+    rows = mark(
+        options.folder, originals, limits, options.jobs, lambda *done: print(*done, flush=True)
+    )
     write_csv(options.csv, COLUMNS, rows)
     print(*totals(rows), f"Marks are in {options.csv}.", sep="\n")
     if options.leaderboard:

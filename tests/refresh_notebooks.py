@@ -13,13 +13,16 @@ from pathlib import Path
 import nbformat
 from nbclient import NotebookClient
 
+from pendlab.editions import stamp
+
 ROOT = Path(__file__).parent.parent
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 
 
 def notebooks():
     """All notebooks of the series, in order."""
-    return sorted((ROOT / "notebooks").rglob("*.ipynb"))
+    found = (ROOT / "notebooks").rglob("*.ipynb")
+    return sorted(path for path in found if ".ipynb_checkpoints" not in path.parts)
 
 
 def refresh(path):
@@ -50,6 +53,7 @@ def settle(notebook):
         "name": "python3",
     }
     notebook.metadata["language_info"] = {"name": "python"}
+    stamp(notebook)  # nbgrader's metadata on exercise cells
     for number, cell in enumerate(c for c in notebook.cells if c.cell_type == "code"):
         cell.execution_count = number + 1
         cell.outputs = joined(cell.outputs)

@@ -4,6 +4,7 @@ One module per notebook (``nb02`` for notebook 02, ``nbA``, ``hw1`` for homework
 ``exercise_k(answer, ..., rig)`` per exercise, which computes the truth and returns a `Verdict`.
 """
 
+import os
 from importlib import import_module, resources
 
 from .judging import Verdict
@@ -23,9 +24,16 @@ def check(exercise, *answer, rig=None):
     Returns
     -------
     Verdict : shows "right" or a hint; true where right. An answer of the wrong kind or shape gives
-        a hint too, never an error.
+        a hint too, never an error. (Under nbgrader, which counts errors only, a wrong answer
+        raises AssertionError with the hint.)
     """
-    function = _function(exercise)
+    verdict = _judge(_function(exercise), answer, rig)
+    if not verdict and "NBGRADER_EXECUTION" in os.environ:
+        raise AssertionError(verdict.message)
+    return verdict
+
+
+def _judge(function, answer, rig):
     try:
         return function(*answer, rig=rig)
     except (

@@ -1,0 +1,260 @@
+"""Student, teacher and printed editions, nbgrader's conventions, and the marks they rest on."""
+
+import json
+import re
+
+import nbformat
+import pytest
+from classroom import original, write
+from nbclient import NotebookClient
+from nbclient.exceptions import CellExecutionError
+from refresh_notebooks import ROOT, notebooks
+
+import pendlab as pl
+from pendlab import checks
+from pendlab import exercises as paper
+from pendlab.__main__ import main
+from pendlab.editions import stamp, student, teacher
+from pendlab.handout import html, markdown, mathml, prepared
+
+REAL = {path.relative_to(ROOT).as_posix(): path for path in notebooks()}
+
+
+@pytest.fixture(params=REAL.values(), ids=REAL.keys())
+def real(request):
+    return nbformat.read(request.param, as_version=4)
+
+
+def cell(notebook, name):
+    return next(cell for cell in notebook.cells if cell.id == name)
+
+
+def solutions(notebook):
+    """The solution texts, line by line, without trivial lines."""
+    for c in notebook.cells:
+        lines = c.source.splitlines()
+        for first, last in paper.region(c.source):
+            yield from (line.strip() for line in lines[first + 1 : last] if len(line.strip()) > 12)
+
+
+def test_student_edition_holds_no_solution():
+    edition = student(original())
+    text = nbformat.writes(edition)
+    for secret in ("answer = k * 3", "return x * x", "friction", "two entries", "secret"):
+        assert secret in nbformat.writes(original()) and secret not in text
+    assert cell(edition, "90-ex1-solution").source == (
+        'offset = 1.0\nraise NotImplementedError("Exercise 90.1: write your solution here")'
+    )
+    assert cell(edition, "90-ex2-solution").source.splitlines()[1].startswith("    raise")
+    assert cell(edition, "90-ex3-solution").source == "*Exercise 90.3: write your answer here.*"
+    assert "jupyter" not in cell(edition, "90-ex1-solution").metadata
+
+
+def test_student_edition_keeps_and_locks_checks():
+    check = cell(student(original()), "90-ex1-check")
+    assert check.source == "assert abs(doubled - 12) < 1e-9, 'hint: the gain multiplies'"
+    assert check.metadata.editable is False and check.metadata.deletable is False
+    assert check.metadata.pendlab.checksum == paper.fingerprint(check.source)
+
+
+def test_student_edition_leaves_the_original_alone():
+    notebook = original()
+    student(notebook), teacher(notebook)
+    assert notebook == original()
+
+
+def test_student_edition_runs_to_the_first_gap_and_says_so():
+    edition = student(original())
+    with pytest.raises(CellExecutionError, match=r"Exercise 90\.1: write your solution here"):
+        NotebookClient(edition, kernel_name="python3").execute()
+    assert cell(edition, "90-given").execution_count == 1
+
+
+@pytest.mark.parametrize(
+    "source, complaint",
+    [
+        ("### BEGIN SOLUTION\nx = 1", "BEGIN SOLUTION without END SOLUTION"),
+        ("x = 1\n### END SOLUTION", "END SOLUTION without BEGIN SOLUTION"),
+        ("### BEGIN SOLUTION\n### BEGIN SOLUTION\n### END SOLUTION", "BEGIN SOLUTION twice"),
+        ("### BEGIN HIDDEN TESTS\nassert x", "BEGIN HIDDEN TESTS without"),
+    ],
+)
+def test_marks_without_partner_are_named(source, complaint):
+    notebook = original()
+    cell(notebook, "90-ex1-solution").source = source
+    with pytest.raises(ValueError, match=f"cell 90-ex1-solution: {complaint}"):
+        student(notebook)
+
+
+def test_teacher_edition_adds_notes_and_unfolds():
+    edition = teacher(original(), sheet="### Lab sheet\n\nBring a ruler.")
+    note = cell(edition, "90-ex1-task-teacher").source
+    for words in ("5 min", "3 points", "forgets the factor", "one point for the sign"):
+        assert words in note
+    overview = edition.cells[0].source
+    assert "Bring a ruler." in overview and "| **all** | 5 | 5 |" in overview
+    assert "source_hidden" not in nbformat.writes(edition)
+    assert "answer = k * 3" in cell(edition, "90-ex1-solution").source
+    nbformat.validate(edition)
+
+
+def test_commands_write_editions(tmp_path, capsys):
+    source = write(original(), tmp_path / "notebooks" / "90_small.ipynb")
+    write("### Sheet of 90", tmp_path / "notebooks" / "labs" / "90_small.md")
+    write(original(), tmp_path / "notebooks" / "homework" / "90_more.ipynb")
+    for name in ("student", "teacher", "handout"):
+        folder = tmp_path / name
+        assert main([name, str(source.parent), "--folder", str(folder)]) == 0
+        suffix = ".html" if name == "handout" else ".ipynb"
+        assert (folder / f"90_small{suffix}").exists()
+        assert (folder / "homework" / f"90_more{suffix}").exists()
+    assert "### Sheet of 90" in (tmp_path / "teacher" / "90_small.ipynb").read_text()
+    assert "k * 3" not in (tmp_path / "handout" / "90_small.html").read_text()
+    assert main(["student", str(source), "--folder", str(source.parent)]) == 2
+    assert "written over its original" in capsys.readouterr().err
+    assert main(["student", str(tmp_path / "none.ipynb")]) == 2
+
+
+def test_real_notebook_gives_a_student_edition(real):
+    edition = student(real)
+    kept = "\n".join(c.source for c in edition.cells)
+    given = "\n".join(c.source for c in real.cells if not paper.has_solution(c))
+    left = [line for line in solutions(real) if line in kept and line not in given]
+    assert left == []
+    assert not any(c.get("outputs") for c in edition.cells)
+    for exercise in paper.exercises(real):
+        for name in exercise.solutions:
+            source = cell(edition, name).source
+            assert "NotImplementedError" in source or "answer here" in source
+    nbformat.validate(edition)
+
+
+def test_real_notebook_is_stamped_for_nbgrader(real):
+    stamped = nbformat.from_dict(real)
+    stamp(stamped)
+    assert stamped == real, "run tests/refresh_notebooks.py, which writes nbgrader's metadata"
+
+
+def test_real_formulas_can_be_shown(real):
+    for c in real.cells:
+        if c.cell_type == "markdown":
+            assert outside_requests(markdown(c.source)) == []
+    prepared(real)  # turns formulas in outputs into MathML, or says which it cannot
+
+
+def test_real_notebook_is_printable():
+    name, path = next(iter(REAL.items()))
+    page = html(student(nbformat.read(path, as_version=4)), path)
+    assert outside_requests(page) == [] and page.count("<math") > 3, name
+
+
+def outside_requests(page):
+    """What a browser would fetch: everything but links to follow."""
+    fetching = r"""(?:src|data|poster)\s*=\s*["']?(?!data:)[^"'>\s]+|<link\b[^>]*>|@import[^;]+;"""
+    return re.findall(fetching + r"|url\((?!['\"]?(?:data:|#))[^)]*\)|<script\b[^>]*>", page)
+
+
+def test_handout_needs_no_network():
+    notebook = original()
+    notebook.cells += [
+        nbformat.v4.new_markdown_cell(
+            "Inline $\\hat{x}_{k+1} = A \\hat x_k$, block\n\n$$\\begin{aligned} a &= b \\\\ c &= d"
+            "\\end{aligned}$$\n\n`not $math$` and \\$5",
+            id="90-math",
+        ),
+        nbformat.v4.new_code_cell(
+            "expression",
+            id="90-latex",
+            outputs=[
+                nbformat.v4.new_output(
+                    "execute_result",
+                    data={"text/latex": "$\\displaystyle \\frac{a}{b}$", "text/plain": "a/b"},
+                )
+            ],
+        ),
+    ]
+    page = html(notebook, ROOT / "notebooks" / "90.ipynb")
+    assert outside_requests(page) == []
+    assert "<mtable" in page and "<mfrac>" in page and 'display="block"' in page
+    assert "not $math$" in page and "\\hat" not in page
+    assert page.count("<math ") >= 4
+
+
+def test_the_network_test_finds_requests():
+    for tag in (
+        '<script src="https://x.org/a.js"></script>',
+        "<link href=//x.org/a.css>",
+        "<img src='http://x.org/a.png'>",
+        "@import 'a.css';",
+    ):
+        assert outside_requests(tag)
+    assert not outside_requests('<a href="https://x.org">x</a><img src="data:image/png;base64,AA">')
+
+
+def test_formula_that_cannot_be_shown_is_named():
+    with pytest.raises(ValueError, match=r"\\nonsense cannot be shown"):
+        mathml(r"a + \nonsense b")
+
+
+def test_names_bound_by_a_solution():
+    source = (
+        "given = 1\n### BEGIN SOLUTION\nfrom scipy.optimize import brentq\na, (b, *c) = f(given)\n"
+        "d[0] = 1\nrows.append(2)\ndef g(x):\n    inner = 1\nif (n := 3) > 2:\n    e = 1\n"
+        "### END SOLUTION\nafter = a"
+    )
+    given, names = paper.split(source)
+    assert given == "given = 1"
+    assert names == sorted(["brentq", "a", "b", "c", "d", "rows", "g", "n", "e", "after"])
+
+
+def test_stamp_is_nbgraders_schema(tmp_path):
+    notebook = original()
+    stamp(notebook)
+    solution, check = (
+        cell(notebook, n).metadata.nbgrader for n in ("90-ex1-solution", "90-ex1-check")
+    )
+    assert (solution.grade, solution.solution, solution.locked) == (False, True, False)
+    assert (check.grade, check.solution, check.locked, check.points) == (True, False, True, 3)
+    written = cell(notebook, "90-ex3-solution").metadata.nbgrader
+    assert (written.grade, written.solution, written.points) == (True, True, 1)
+    assert "nbgrader" not in cell(notebook, "90-given").metadata
+
+
+def test_nbgrader_takes_the_notebook():
+    """Its schema accepts the stamps, and its own preprocessors leave the same text as ours."""
+    pytest.importorskip("nbgrader", reason="nbgrader is a school's choice, not a dependency")
+    from nbgrader.nbgraderformat import MetadataValidator
+    from nbgrader.preprocessors import ClearHiddenTests, ClearSolutions, LockCells
+
+    for notebook in (original(), *(nbformat.read(path, as_version=4) for path in REAL.values())):
+        stamp(notebook)
+        MetadataValidator().validate_nb(notebook)
+        theirs = nbformat.from_dict(notebook)
+        for step in (ClearSolutions(), ClearHiddenTests(), LockCells()):
+            theirs, _ = step.preprocess(theirs, {})
+        ours = student(notebook)
+        for a, b in zip(ours.cells, theirs.cells):
+            if paper.has_solution(cell(notebook, a.id)):
+                assert a.source.count("\n") in (b.source.count("\n"), b.source.count("\n") - 1)
+                assert re.sub(r"[ ]*raise.*|\*Ex.*|\*Wr.*", "", a.source).split() == (
+                    re.sub(r"[ ]*# YOUR CODE HERE|[ ]*raise.*|YOUR ANS.*", "", b.source).split()
+                )
+            else:
+                assert a.source.rstrip("\n") == b.source.rstrip("\n")
+
+
+def test_reading_refuses_what_is_no_notebook(tmp_path):
+    for text in ("not json", "[1, 2]", '{"cells": 3}', '{"cells": [3]}', "[" * 100_000):
+        with pytest.raises(ValueError, match=r"bad\.ipynb: not a notebook"):
+            paper.read(write(text, tmp_path / "bad.ipynb"))
+    odd = json.dumps({"cells": [{"source": ["a\n", "b"], "metadata": None}]})
+    assert paper.read(write(odd, tmp_path / "odd.ipynb"))["cells"][0]["source"] == "a\nb"
+
+
+def test_wrong_answer_is_an_error_under_nbgrader(monkeypatch):
+    """nbgrader counts errors; without it a wrong answer never raises."""
+    first = checks.exercises()[0]
+    assert not pl.check(first, None)
+    monkeypatch.setenv("NBGRADER_EXECUTION", "autograde")
+    with pytest.raises(AssertionError):
+        pl.check(first, None)
