@@ -316,7 +316,7 @@ class Panel:
         self._replace_earlier_copy()
         bundle = self._widget._repr_mimebundle_()
         bundle = bundle[0] if isinstance(bundle, tuple) else bundle
-        return {**bundle, "image/png": self._image.value, "text/plain": self.caption}
+        return {**bundle, "image/png": bytes(self._image.value), "text/plain": self.caption}
 
     def _replace_earlier_copy(self):
         """Close the panel that an earlier run of the same cell has left."""
