@@ -42,15 +42,25 @@ def transfer(system, z):
     One complex Schur form, then back substitution for all z at once: safe for repeated
     eigenvalues, where an eigenvector basis does not exist.
     """
-    z = np.asarray(z, dtype=complex)
+    return prepared(system)(z)
+
+
+def prepared(system):
+    """`transfer` of one system as a function of z: the Schur form is made once."""
     triangle, Z = schur(system.A, output="complex")
     B, C = Z.conj().T @ system.B, system.C @ Z
     n, m = B.shape
-    X = np.empty((n, m, len(z)), dtype=complex)
-    for i in reversed(range(n)):
-        right = B[i][:, None] + np.tensordot(triangle[i, i + 1 :], X[i + 1 :], 1)
-        X[i] = right / (z - triangle[i, i])
-    return np.moveaxis(np.tensordot(C, X, 1), -1, 0) + system.D
+
+    def at(z):
+        z = np.asarray(z, dtype=complex)
+        X = np.empty((n, m * len(z)), dtype=complex)
+        difference = np.tile(z, m) - np.diag(triangle)[:, None]
+        for i in reversed(range(n)):
+            right = np.repeat(B[i], len(z)) + triangle[i, i + 1 :] @ X[i + 1 :]
+            X[i] = right / difference[i]
+        return np.moveaxis((C @ X).reshape(len(C), m, len(z)), -1, 0) + system.D
+
+    return at
 
 
 def open_loop(controller, plant):
@@ -198,7 +208,8 @@ def encirclements(loop):
             "loop: a closed-loop eigenvalue lies on the unit circle, so the curve goes through "
             "the critical point and no count exists; change the gain a little."
         )
-    turns = 2 * sum(_phase_change(loop, z_of) for z_of in _segments(opened, closed)) / (2 * np.pi)
+    det, segments = _determinant(loop), _segments(opened, closed)
+    turns = 2 * sum(_phase_change(det, z_of) for z_of in segments) / (2 * np.pi)
     count = Encirclements(
         round(turns), int(np.sum(np.abs(opened) > 1 + ON_CIRCLE)), int(np.sum(np.abs(closed) > 1))
     )
@@ -217,12 +228,15 @@ def contour(loop, points=400):
     opened = np.linalg.eigvals(loop.A)
     segments = _segments(opened, np.linalg.eigvals(loop.A - loop.B @ loop.C))
     z = np.concatenate([z_of(np.linspace(0, 1, points)) for z_of in segments])
-    return z, _det(loop, z) - 1
+    return z, _determinant(loop)(z) - 1
 
 
-def _det(loop, z):
-    L = transfer(loop, z)
-    return 1 + L[:, 0, 0] if loop.ninputs == 1 else np.linalg.det(np.eye(loop.ninputs) + L)
+def _determinant(loop):
+    """det(I + L(z)) as a function of z."""
+    L = prepared(loop)
+    if loop.ninputs == 1:
+        return lambda z: 1 + L(z)[:, 0, 0]
+    return lambda z: np.linalg.det(np.eye(loop.ninputs) + L(z))
 
 
 def _segments(opened, closed):
@@ -290,10 +304,10 @@ def _distinct(angles):
     return kept
 
 
-def _phase_change(loop, z_of, largest=0.3):
+def _phase_change(det, z_of, largest=0.3):
     """Change of arg det(I + L) along one piece, refined until no step exceeds `largest` rad."""
     t = np.linspace(0, 1, 201)
-    values = _det(loop, z_of(t))
+    values = det(z_of(t))
     for _ in range(40):
         steps = np.angle(values[1:] / values[:-1])
         wide = np.flatnonzero(np.abs(steps) > largest)
@@ -301,7 +315,7 @@ def _phase_change(loop, z_of, largest=0.3):
             break
         middle = (t[wide] + t[wide + 1]) / 2
         t = np.insert(t, wide + 1, middle)
-        values = np.insert(values, wide + 1, _det(loop, z_of(middle)))
+        values = np.insert(values, wide + 1, det(z_of(middle)))
     return float(np.sum(np.angle(values[1:] / values[:-1])))
 
 
@@ -344,13 +358,15 @@ def margins(loop, points=2000):
             f"loop: margins belong to one input and one output, found {loop.ninputs} x "
             f"{loop.noutputs}; use pl.broken_at(loop, 0)."
         )
-    at = lambda omega: complex(frequency_response(loop, omega)[0, 0, 0])  # noqa: E731
+    response = prepared(loop)
+    L_at = lambda omega: response(np.exp(1j * np.atleast_1d(omega) * loop.dt))[:, 0, 0]  # noqa: E731
+    at = lambda omega: complex(L_at(omega)[0])  # noqa: E731
     # The slowest eigenvalue, opened or closed, says where the lowest crossing may be.
     opened, closed = np.linalg.eigvals(loop.A), closed_loop_eigenvalues(loop)
     slow = np.abs(np.concatenate([opened, closed]) - 1)
     lowest = min(1e-3, 0.01 * slow.min(initial=1, where=slow > ON_CIRCLE) / loop.dt)
     omega = frequency_grid(loop.dt, points, lowest)
-    L = frequency_response(loop, omega)[:, 0, 0]
+    L = L_at(omega)
     # At pi/dt the imaginary part is zero up to rounding: no sign to compare, a crossing by itself.
     real_axis = _roots(omega[:-1], L.imag[:-1], lambda w: at(w).imag) + [omega[-1]]
     if np.abs(opened - 1).min() > ON_CIRCLE:
@@ -362,7 +378,7 @@ def margins(loop, points=2000):
     phase = min(((abs(np.angle(-at(w))), w) for w in crossover), default=(np.inf, np.nan))
     k = int(np.argmin(np.abs(1 + L)))
     near = np.linspace(omega[max(k - 1, 0)], omega[min(k + 1, len(omega) - 1)], 201)
-    distance = np.abs(1 + frequency_response(loop, near)[:, 0, 0])
+    distance = np.abs(1 + L_at(near))
     return Margins(
         gain_up=up[0],
         gain_down=down[0],
