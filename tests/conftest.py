@@ -5,10 +5,12 @@ from hypothesis import settings
 
 import pendlab as pl
 
-# The same examples on every machine and every run; designs take too long for a deadline.
+# The same examples on every run; designs take too long for a deadline. `pytest
+# --hypothesis-profile=thorough` tries many other examples.
 settings.register_profile(
     "pendlab", derandomize=True, deadline=None, max_examples=20, database=None
 )
+settings.register_profile("thorough", deadline=None, max_examples=300, database=None)
 settings.load_profile("pendlab")
 
 

@@ -15,7 +15,8 @@ from pendlab.gain import unmoved_modes
 @st.composite
 def problems(draw):
     """A random rig's sampled model with its integrator, and weights of either form."""
-    model = pl.add_integrator(pl.sample(pl.linearize(draw(rigs(n_links=st.integers(2, 3))))), 1)
+    rig = draw(rigs(n_links=st.integers(2, 3), least_motors=2))
+    model = pl.add_integrator(pl.sample(pl.linearize(rig)), 1)
     n, m = model.nstates, model.ninputs
     if draw(st.booleans()):
         return model, draw(weights(n)), draw(weights(m))
@@ -28,18 +29,31 @@ def matrix(weight):
 
 @given(problems())
 def test_gain_solves_the_riccati_equation_and_stabilises(problem):
-    """X of the closed loop's Lyapunov equation satisfies the Riccati equation that F comes from."""
+    """The cost X of using F, from a Lyapunov equation, has F as its own best gain.
+
+    X = (A-BF)'X(A-BF) + Q + F'RF with (R + B'XB) F = B'XA is the Riccati equation.
+    """
     model, Q, R = problem
     A, B = model.A, model.B
     F = pl.lqr(model, Q, R)
     Q, R = matrix(Q), matrix(R)
     closed = A - B @ F
     assert np.abs(np.linalg.eigvals(closed)).max() < 1
-    X = scipy.linalg.solve_discrete_are(A, B, Q, R)
-    residual = A.T @ X @ A - X - (A.T @ X @ B) @ F + Q
-    assert np.abs(residual).max() < 1e-7 * np.abs(A.T @ X @ A).max()
-    expected = np.linalg.solve(R + B.T @ X @ B, B.T @ X @ A)
-    np.testing.assert_allclose(F, expected, rtol=1e-6, atol=1e-8 * np.abs(expected).max())
+    X = scipy.linalg.solve_discrete_lyapunov(closed.T, Q + F.T @ R @ F)
+    assert np.linalg.eigvalsh((X + X.T) / 2)[0] > 0
+    left, right = (R + B.T @ X @ B) @ F, B.T @ X @ A
+    terms = (R + np.abs(B.T) @ np.abs(X) @ np.abs(B)) @ np.abs(F)
+    assert np.abs(left - right).max() < 1e-6 * terms.max()
+    theirs = scipy.linalg.solve_discrete_are(A, B, Q, R)
+    theirs = np.linalg.solve(R + B.T @ theirs @ B, B.T @ theirs @ A)
+    np.testing.assert_allclose(F, theirs, atol=1e-6 * np.abs(theirs).max())
+
+
+@given(rigs(n_links=st.integers(2, 3)), decades(-2, 2))
+def test_one_motor_is_enough(rig, weight):
+    model = pl.add_integrator(pl.sample(pl.linearize(rig)), 1)
+    F = pl.lqr(model, np.ones(model.nstates), np.full(rig.n_motors, weight))
+    assert np.abs(np.linalg.eigvals(model.A - model.B @ F)).max() < 1
 
 
 def cost(model, F, Q, R):
@@ -111,7 +125,7 @@ def test_every_rig_can_be_moved(rig):
 
 def test_not_stabilisable():
     stuck = control.ss(np.diag([1.1, 0.5]), [[0.0], [1.0]], np.eye(2), 0, 0.01)
-    with pytest.raises(ValueError, match="model: not stabilisable, no input moves the mode at 1.1"):
+    with pytest.raises(ValueError, match=r"not stabilisable, no input moves the mode at 1\.1"):
         pl.lqr(stuck, [1, 1], 1)
     falling = control.ss(np.diag([1.1, 0.5]), [[1.0], [0.0]], np.eye(2), 0, 0.01)
     assert pl.lqr(falling, [1, 1], 1).shape == (1, 2), "an unmoved mode may decay by itself"
@@ -156,5 +170,5 @@ def test_bad_weights(double_design, Q, R, error, message):
 
 
 def test_model_must_be_a_state_space():
-    with pytest.raises(TypeError, match="model: expected a control.StateSpace"):
+    with pytest.raises(TypeError, match=r"model: expected a control\.StateSpace"):
         pl.lqr(np.eye(2), [1, 1], 1)

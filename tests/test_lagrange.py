@@ -141,9 +141,9 @@ def test_energy_falls_at_twice_the_dissipation(n, m):
 def test_simple_pendulum_in_closed_form():
     motion = pl.derive(1, 0)
     (theta,), p = motion.q, motion.parameters
-    m, a, I, C = (p[name][0] for name in ("mass", "com", "inertia", "friction"))
+    m, a, inertia, C = (p[name][0] for name in ("mass", "com", "inertia", "friction"))
     g = p["g"]
-    assert motion.mass_matrix == sp.Matrix([[I + m * a**2]])
+    assert motion.mass_matrix == sp.Matrix([[inertia + m * a**2]])
     assert sp.simplify(motion.bias[0] - (C * motion.v[0] - m * g * a * sp.sin(theta))) == 0
 
 

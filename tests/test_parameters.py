@@ -180,5 +180,5 @@ def test_missing_and_unreadable_files(tmp_path, monkeypatch):
     with pytest.raises(ValueError, match=r"latin\.toml: not readable as TOML"):
         pl.load(tmp_path / "latin.toml")
     monkeypatch.setattr(parameters, "DATA", tmp_path / "nowhere")
-    with pytest.raises(ValueError, match="no rig 'double' .*known are none"):
+    with pytest.raises(ValueError, match=r"no rig 'double' .*known are none"):
         pl.load("double")
