@@ -46,6 +46,7 @@ def test_update_only_changes_data(study):
 def test_caption_names_the_upper_link(study):
     fig = bars(study)
     assert "link 2; the tilt" in fig.caption and study.best(1)[0] == 2
+    assert np.all(np.isnan(fig.axes[0].lines[3].get_ydata()))  # no level where there are no bars
     assert fig.alt
 
 

@@ -112,7 +112,7 @@ def draw_bars(axes, study, added=None):
         factors = study.of(added)
         for panel in range(len(PANELS)):
             level, *dots = moved[panel * (n + 1) : (panel + 1) * (n + 1)]
-            level.set_ydata(np.full(2, np.clip(factors[panel], *LIMITS)))
+            level.set_ydata(np.full(2, np.clip(factors[panel], *LIMITS) if any(added) else np.nan))
             for link, (dot, inertia) in enumerate(zip(dots, added)):
                 on = inertia >= study.inertias[0]
                 curve = study.factors[link, panel]
@@ -138,7 +138,8 @@ def bars(study, added=None):
         fig,
         f"The {study.rig.name} pendulum with a bar on one link: the distance gains most, "
         f"{by_distance[2]:.1f} times, from a bar of {by_distance[1]:.2g} kg m² on link "
-        f"{by_distance[0]}; the tilt that can be caught gains most from one on link {by_tilt[0]}.",
+        f"{by_distance[0]}; the tilt that can be caught gains most, {by_tilt[2]:.1f} times, from one of "
+        f"{by_tilt[1]:.2g} kg m² on link {by_tilt[0]}.",
         f"Three panels with logarithmic axes over the added inertia from {study.inertias[0]:g} to "
         f"{study.inertias[-1]:g} kg m^2, one curve for each link: by which factor the singular-value "
         f"ratio, the distance to uncontrollability and the largest tilt that can be caught improve. "
