@@ -58,7 +58,9 @@ def stamp(notebook):
     for exercise in paper.exercises(notebook):
         for name in exercise.solutions:
             by_hand = not exercise.checks and name == exercise.solutions[0]
-            _stamp(cells[name], solution=True, points=exercise.points if by_hand else None)
+            # A written answer is always marked by hand: nbgrader takes no other Markdown solution.
+            extra = 0 if cells[name]["cell_type"] == "markdown" else None
+            _stamp(cells[name], solution=True, points=exercise.points if by_hand else extra)
         for name in exercise.checks:
             _stamp(cells[name], solution=False, points=exercise.points / len(exercise.checks))
     for cell in notebook["cells"]:

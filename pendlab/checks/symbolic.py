@@ -1,0 +1,90 @@
+"""How formulas are judged: SymPy matrices, and sums of products in which order matters.
+
+Equal means equal in value, in whatever form it is written. Symbols count by their names, so that
+it does not matter with which assumptions they were made anew.
+"""
+
+import numpy as np
+
+from .judging import Verdict, close
+
+
+def compare_formula(name, answer, truth, mistakes=(), praise="That is what we find too.", new=None):
+    """Judge a SymPy matrix: equal to the truth for all values of the symbols or not.
+
+    Parameters
+    ----------
+    name : of the answer, for hints
+    answer : what came, anything
+    truth : SymPy matrix
+    mistakes : (matrix, hint) pairs; the opposite sign and the transpose are always tried
+    new : symbol of the truth that may go by any name in the answer
+
+    Returns
+    -------
+    Verdict
+    """
+    shapes = {truth.shape, truth.shape[::-1], *(matrix.shape for matrix, _ in mistakes)}
+    if not hasattr(answer, "applyfunc") or answer.shape not in shapes:
+        rows, columns = truth.shape
+        return Verdict(False, f"{name} should be a {rows} x {columns} SymPy matrix of formulas.")
+    symbols = {s.name: s for s in truth.free_symbols.union(*(m.free_symbols for m, _ in mistakes))}
+    unknown = [s for s in answer.free_symbols if s.name not in symbols]
+    if new is not None and len(unknown) == 1:
+        symbols[unknown[0].name] = new
+    answer = answer.xreplace({s: symbols.get(s.name, s) for s in answer.free_symbols})
+    if same(answer, truth):
+        return Verdict(True, praise)
+    if truth.free_symbols and not answer.free_symbols:
+        return Verdict(False, f"{name} holds numbers only; leave the symbols in it.")
+    usual = [
+        (-truth, f"{name} has the opposite sign; on which side of the equation does it stand?"),
+        (truth.T, f"{name} is transposed."),
+    ]
+    for wrong, hint in [*mistakes, *usual]:
+        if same(answer, wrong):
+            return Verdict(False, hint)
+    if answer.shape != truth.shape:
+        return Verdict(False, f"{name} should have the shape {truth.shape}, found {answer.shape}.")
+    rows, columns = truth.shape
+    places = [(i, j) for i in range(rows) for j in range(columns)]
+    wrong = next(place for place in places if not _zero(answer[place] - truth[place]))
+    return Verdict(False, f"{name}: look again at entry {wrong}, counted from 0.")
+
+
+def same(a, b):
+    """Whether two SymPy matrices agree for all values of their symbols."""
+    return a.shape == b.shape and all(_zero(entry) for entry in a - b)
+
+
+def _zero(entry):
+    return entry.expand() == 0 or bool(entry.equals(0))
+
+
+def is_product_sum(expression):
+    """Whether it is an expression of non-commuting symbols (or a number)."""
+    return hasattr(expression, "args_cnc") and hasattr(expression, "free_symbols")
+
+
+def evaluate(expression, matrices, size):
+    """Value of a sum of products of non-commuting symbols, each a matrix by its name.
+
+    A number stands for that multiple of the identity of the given size.
+    """
+    total = np.zeros((size, size), dtype=complex)
+    for term in expression.expand().as_ordered_terms():
+        numbers, factors = term.args_cnc()
+        value = np.eye(size, dtype=complex)
+        for factor in factors:
+            base, power = factor.as_base_exp()
+            for _ in range(int(power)):
+                value = value @ matrices[base.name]
+        for number in numbers:
+            value = value * complex(matrices.get(str(number), number))
+        total = total + value
+    return total
+
+
+def agree(a, b):
+    """Whether two matrices of numbers agree to rounding."""
+    return a.shape == b.shape and close(a, b, 1e-8)
