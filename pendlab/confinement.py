@@ -90,6 +90,7 @@ def environment(folder):
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONUTF8": "1",
         "MPLBACKEND": "agg",
+        "PENDLAB_CACHE": str(Path(folder) / "cache"),
     }
 
 

@@ -18,6 +18,7 @@ And a student who copies an answer, or computes it with the package, has the ans
 import csv
 import json
 import os
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -158,6 +159,7 @@ def _run_judge(original, submission, hidden, limits):
             "hidden": [str(Path(place).resolve()) for place in hidden],
             "limits": asdict(limits),
         }
+        _lend_cache(folder)
         process = subprocess.Popen(
             [sys.executable, "-P", "-m", "pendlab.judge"],
             stdin=subprocess.PIPE,
@@ -177,6 +179,18 @@ def _run_judge(original, submission, hidden, limits):
         output.seek(0)
         lines = output.read(LARGEST_REPORT).splitlines()
     return _sum_up(lines, reason)
+
+
+def _lend_cache(folder):
+    """Copy what is compiled already, so that each submission need not compile it anew.
+
+    A copy, because nothing that a submission can write is ever run by the marker.
+    """
+    from .generated import cache_folders
+
+    cache = next((place for place in cache_folders() if place.is_dir()), None)
+    if cache:
+        shutil.copytree(cache, Path(folder) / "cache", ignore_dangling_symlinks=True)
 
 
 def _sum_up(lines, reason):

@@ -16,7 +16,7 @@ import pendlab as pl
 from pendlab.__main__ import main
 from pendlab.answers import decode, encode
 from pendlab.confinement import Limits, can_confine, confined, end, environment, family
-from pendlab.judge import run_check, slice_for_checks
+from pendlab.judge import Pupil, Remote, run_check, slice_for_checks
 from pendlab.marking import Row, leaderboard, mark, own_problems, write_csv
 
 RIGHT = "answer = 6.0\nrow = np.zeros(2)"
@@ -235,6 +235,8 @@ def test_verdicts_count_and_silence_does_not():
     assert run_check("check(True)", namespace, said) == (True, "", None)
     assert run_check("check(True); check(False)", namespace, said) == (False, "hint", None)
     assert run_check("1 + 1", namespace, said)[0] is False
+    namespace["check"] = lambda score: said.append(Verdict(True, "Right.", score))
+    assert run_check("check(2.5)", namespace, said) == (True, "", 2.5)
     assert run_check("assert 1 == 1", namespace, said)[0] is True
 
 
@@ -374,3 +376,70 @@ def test_whole_family_is_ended():
 def test_limits_must_be_positive():
     with pytest.raises(ValueError, match="memory: expected a limit above 0"):
         Limits(memory=0)
+
+
+@pytest.fixture
+def pupil(tmp_path):
+    opened = []
+
+    def start(source):
+        cells = [{"id": "own", "cell_type": "code", "source": source, "metadata": {}}]
+        opened.append(Pupil(cells, tmp_path, [], Limits(seconds=60)))
+        opened[-1].run_to(1, set(), lambda message: None)
+        return opened[-1]
+
+    yield start
+    for one in opened:
+        end(one.process.pid)
+        one.process.wait()
+        one.process.stdin.close(), one.process.stdout.close()
+
+
+OWN = """
+import numpy as np
+
+class Memory:
+    def __init__(self, rates):
+        self.rates = rates
+
+class Mine:
+    gain = np.array([-40.0, -12.0, -9.0, -3.0])
+
+    def start(self, x0):
+        return Memory(np.zeros(2))
+
+    def step(self, state, y, y_ref):
+        return np.atleast_1d(-self.gain[:2] @ y[:2]), Memory(state.rates + 1)
+
+answer = Mine()
+"""
+
+
+def test_own_controller_is_run_on_the_judges_bench(pupil, double):
+    """The student's object stays where it is; the bench is the judge's, with equal results."""
+    remote, found = pupil(OWN).value(do="get", name="answer")
+    assert found and isinstance(remote, Remote) and not hasattr(remote, "nothing")
+    here = {}
+    exec(OWN, here)
+    ours = pl.simulate(double, here["answer"], 0.2, initial=[0.01, 0.0])
+    theirs = pl.simulate(double, remote, 0.2, initial=[0.01, 0.0])
+    np.testing.assert_array_equal(theirs.u, ours.u)
+    np.testing.assert_array_equal(theirs.angles, ours.angles)
+
+
+def test_score_comes_from_the_check_and_the_claim_is_only_shown(tmp_path):
+    """A leaderboard entry that a notebook writes is put beside the recomputed score."""
+    boast = 'import json\njson.dump({"score": 1e9}, open("leaderboard.json", "w"))\n'
+    solved = write(original(), tmp_path / "90.ipynb")
+    write(submission(ex1_solution=boast + RIGHT), tmp_path / "in" / "ann.ipynb")
+    rows = mark(tmp_path / "in", [solved], Limits(seconds=30))
+    assert {(row.score, row.claimed) for row in rows} == {(None, 1e9)}
+
+
+def test_object_of_the_student_that_fails_is_a_sentence(pupil):
+    source = "def answer(x):\n    raise KeyError(x)"
+    remote, _ = pupil(source).value(do="get", name="answer")
+    with pytest.raises(RuntimeError, match="KeyError: 3"):
+        remote(3)
+    with pytest.raises(TypeError, match="cannot be handed"):
+        remote(object())

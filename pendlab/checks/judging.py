@@ -11,10 +11,14 @@ RIGHT = "Right."
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether an answer is right, and a sentence: praise or a hint."""
+    """Whether an answer is right, and a sentence: praise or a hint.
+
+    `score` ranks designs that compete, larger is better; the marker's leaderboard lists it.
+    """
 
     right: bool
     message: str
+    score: float | None = None
 
     def __bool__(self):
         return self.right
