@@ -48,11 +48,13 @@ _CONTENTS = {
     "simulation": ("Run", "simulate"),
     "many": ("Runs", "simulate_many"),
     "c_export": ("to_c",),
+    "pushes": ("largest_pulses", "force_levers"),
     "figures": ("figure", "show", "save", "new_figure"),
     "checks": ("check", "Verdict"),
     "own_rig": ("my_rig",),
     "findings": ("doctor",),
-    "panel": ("Panel", "Slider", "Switch", "Choice", "View"),
+    "controls": ("Slider", "Switch", "Choice"),
+    "panel": ("Panel", "View"),
 }
 _HOME = {name: module for module, names in _CONTENTS.items() for name in names}
 

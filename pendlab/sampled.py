@@ -6,15 +6,19 @@ import numpy as np
 from ._checks import found, number, state_space
 
 
-def sample(plant, dt=0.01):
+def sample(plant, dt=0.01, delay=0.0):
     """Zero-order-hold model of `plant` at the sampling time `dt` (s), equations (13) and (14).
 
     x(n+1) = e^(A dt) x(n) + (integral of e^(A s) ds from 0 to dt) B u(n)
+
+    With a computation delay the old voltage u(n-1) holds until `delay` after the sample; it joins
+    the state, last.
 
     Parameters
     ----------
     plant : continuous control.StateSpace
     dt : sampling time, s, above 0
+    delay : from reading to sending, s, at least 0 and at most dt
 
     Returns
     -------
@@ -22,16 +26,34 @@ def sample(plant, dt=0.01):
 
     Raises
     ------
-    ValueError : dt not above 0, or a plant that is sampled already
+    ValueError : dt not above 0, delay outside 0 to dt, or a plant that is sampled already
     """
     state_space("plant", plant)
     number("dt", dt, above=0)
+    if number("delay", delay, least=0) > dt:
+        raise ValueError(f"delay: expected at most the sampling time of {dt:g} s, {found(delay)}.")
     if plant.dt != 0:
         raise ValueError(
             f"plant: expected a continuous model, found one already sampled at {plant.dt} s; "
             "sample once, from pl.linearize or pl.with_filters."
         )
-    return control.sample_system(plant, dt, method="zoh", copy_names=True, name=plant.name)
+    if delay == 0:
+        return control.sample_system(plant, dt, method="zoh", copy_names=True, name=plant.name)
+    early, late = (control.sample_system(plant, t, method="zoh") for t in (delay, dt - delay))
+    n, m = plant.nstates, plant.ninputs
+    # First `delay` under the old voltage, then the rest of the sample under the new one.
+    old, new = late.A @ early.B, late.B
+    return control.ss(
+        np.block([[late.A @ early.A, old], [np.zeros((m, n + m))]]),
+        np.vstack([new, np.eye(m)]),
+        np.hstack([plant.C, np.zeros((plant.noutputs, m))]),
+        plant.D,
+        dt,
+        states=plant.state_labels + [f"old {name}" for name in plant.input_labels],
+        inputs=plant.input_labels,
+        outputs=plant.output_labels,
+        name=plant.name,
+    )
 
 
 def align(model, kp):

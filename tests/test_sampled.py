@@ -163,3 +163,23 @@ def test_bad_input(triple, call, error, message):
     plant = pl.linearize(triple)
     with pytest.raises(error, match=message):
         call(plant, pl.sample(plant))
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.00056, 0.004, 0.01])
+def test_delayed_hold_equals_a_finer_hold_with_the_old_voltage_first(delay):
+    """In steps of 10 ms / 250 the delay is a whole number of holds of the old voltage."""
+    plant = pl.linearize(pl.load("double"))
+    delay = round(delay / 4e-5) * 4e-5
+    late, fine = pl.sample(plant, 0.01, delay), pl.sample(plant, 4e-5)
+    x, old, new = np.array([0.01, -0.02, 0.1, 0.2]), 1.3, -0.7
+    expected = x
+    for k in range(250):
+        voltage = old if k < round(delay / 4e-5) else new
+        expected = fine.A @ expected + fine.B[:, 0] * voltage
+    state = x if delay == 0 else np.append(x, old)
+    assert (late.A @ state + late.B[:, 0] * new)[:4] == pytest.approx(expected, rel=1e-9)
+
+
+def test_delay_longer_than_a_sample_is_refused():
+    with pytest.raises(ValueError, match="delay: expected at most the sampling time"):
+        pl.sample(pl.linearize(pl.load("double")), 0.01, 0.02)

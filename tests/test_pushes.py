@@ -1,0 +1,82 @@
+"""Admissible pushes: brackets that hold, and forces as torques."""
+
+import numpy as np
+import pytest
+
+import pendlab as pl
+
+
+@pytest.fixture(scope="module")
+def double():
+    return pl.paper_design("double")
+
+
+def falls(design, link, length, height, **more):
+    pulse = pl.Pulse(link, 3.0, length, height)
+    return pl.simulate(design.rig, design.controller, 10, disturbance=pulse, **more).fell
+
+
+def test_limit_lies_between_what_recovers_and_what_falls(double):
+    found = pl.largest_pulses(double.rig, double.controller, [0.05, 0.3], accuracy=0.05)
+    assert found.heights.shape == (2, 2)
+    for link in (1, 2):
+        for j, length in enumerate(found.lengths):
+            height = found.heights[link - 1, j]
+            assert not falls(double, link, length, height)
+            assert not falls(double, link, length, -height)
+            assert falls(double, link, length, 1.06 * height) or falls(
+                double, link, length, -1.06 * height
+            )
+
+
+def test_short_pulses_count_by_their_impulse(double):
+    """A pulse much shorter than the fall acts like a kick: height times length decides."""
+    found = pl.largest_pulses(double.rig, double.controller, [0.005, 0.01], accuracy=0.01)
+    assert found.impulses[:, 0] == pytest.approx(found.impulses[:, 1], rel=0.05)
+
+
+def test_filters_cost_some_of_it(double):
+    ideal, filtered = (
+        pl.largest_pulses(double.rig, double.controller, [0.1], imperfections=imperfections)
+        for imperfections in (None, pl.Imperfections(filters=True))
+    )
+    assert np.all(filtered.heights < ideal.heights)
+
+
+def test_force_turns_every_link_below():
+    rig = pl.load("triple")
+    l1, l2 = rig.links[0].length, rig.links[1].length
+    levers = pl.force_levers(rig)
+    assert levers[2] == pytest.approx([l1, l2, rig.links[2].com])
+    assert np.all(np.triu(levers, 1) == 0)
+
+
+def test_force_levers_are_the_work_of_a_force():
+    """Row i is the derivative of the horizontal position of link i's centre of mass."""
+    rig = pl.load("triple")
+    for i, row in enumerate(pl.force_levers(rig)):
+        for k in range(3):
+            theta = np.zeros(3)
+            theta[k] = 1e-6
+            x = sum(rig.links[j].length * np.sin(theta[j]) for j in range(i))
+            x += rig.links[i].com * np.sin(theta[i])
+            assert row[k] == pytest.approx(x / 1e-6, abs=1e-9)
+
+
+def test_progress_runs_to_its_end(double):
+    told = []
+    pl.largest_pulses(
+        double.rig, double.controller, [0.2], accuracy=0.1, progress=lambda *p: told.append(p)
+    )
+    assert [done for done, _ in told] == sorted(done for done, _ in told)
+    assert told[-1][0] <= told[-1][1]
+
+
+def test_rig_that_falls_by_itself_is_named(double):
+    with pytest.raises(ValueError, match="falls without any push"):
+        pl.largest_pulses(double.rig, double.controller, [0.1], initial=(0.5, 0.0))
+
+
+def test_lengths_must_be_positive(double):
+    with pytest.raises(ValueError, match="lengths"):
+        pl.largest_pulses(double.rig, double.controller, [0.0])
