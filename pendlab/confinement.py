@@ -143,20 +143,31 @@ def family(pid):
 
 
 def end(pid, head_too=True):
-    """Stop, then kill, a process and its descendants, until none is left."""
-    for _ in range(100):
-        members = family(pid)
-        members = members if head_too else members[1:]
-        members = [member for member in members if _alive(member)]
-        if not members:
-            return
-        for act in ("suspend", "kill"):  # stopped first, so that none forks while others die
-            for member in reversed(members):
-                try:
-                    getattr(member, act)()
-                except psutil.Error:
-                    pass
-        psutil.wait_procs(members, timeout=1)
+    """Stop, then kill, a process and its descendants, until none is left.
+
+    Parents are stopped before their children, so that none forks while others die, and the head
+    goes last: as long as it is there, it is the parent of every orphan (`adopt_orphans`).
+    """
+    head = family(pid)[:1]
+    if head_too:
+        _each(head, "suspend")
+    for _ in range(500):
+        below = [member for member in family(pid)[1:] if _alive(member)]
+        if not below:
+            break
+        _each(below, "suspend")
+        _each(below, "kill")
+        time.sleep(0.01)
+    if head_too:
+        _each(head, "kill")
+
+
+def _each(members, act):
+    for member in members:
+        try:
+            getattr(member, act)()
+        except psutil.Error:
+            pass
 
 
 def _alive(member):
