@@ -95,19 +95,27 @@ class Controller:
         """xhat(n) = L1 y(n) + L2 v(n): step 2."""
         return self.observer.L1 @ y + self.observer.L2 @ state.v
 
+    def control(self, state, y):
+        """u(n) = -F [xhat(n); w(n)] within the limits: steps 2 to 4 of section 5."""
+        u = -(self.F @ np.concatenate([self.estimate(state, y), state.w]))
+        if self._limit is not None:
+            u = np.minimum(np.maximum(u, -self._limit), self._limit)
+        return u
+
+    def update(self, state, y, u, y_ref=0.0):
+        """Observer and integrator at the next sample: step 6."""
+        o = self.observer
+        v = o.E @ state.v + o.H @ u + o.K @ y
+        w = state.w + self.dt * (y_ref - np.asarray(y)[list(self.tracked)])
+        return ControllerState(v, w)
+
     def step(self, state, y, y_ref=0.0):
         """One sample: (u, next state) from the state, the outputs y and the reference y_ref.
 
         Steps 2 to 6 of the paper's section 5; `y_ref` is a number or one per tracked output.
         """
-        xhat = self.estimate(state, y)
-        u = -(self.F @ np.concatenate([xhat, state.w]))
-        if self._limit is not None:
-            u = np.minimum(np.maximum(u, -self._limit), self._limit)
-        o = self.observer
-        v = o.E @ state.v + o.H @ u + o.K @ y
-        w = state.w + self.dt * (y_ref - np.asarray(y)[list(self.tracked)])
-        return u, ControllerState(v, w)
+        u = self.control(state, y)
+        return u, self.update(state, y, u, y_ref)
 
 
 def controller(F, observer, dt=0.01, tracked=1, kp=None, u_max=None):

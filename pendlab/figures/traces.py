@@ -118,6 +118,83 @@ def draw_traces(ax, run, panel, window=None, frame=None):
     return update
 
 
+@styled()
+def compare(runs, panel="a", window=None, frame=None):
+    """One row for each run, the same panel and axes in all: what each imperfection does.
+
+    Parameters
+    ----------
+    runs : dict, name -> Run
+    panel : "a" angles, "b" rate of link 1, "c" and "d" voltages of the motors
+    window, frame : (2,) ends of the axes; everything where None
+    """
+    if not runs or not all(isinstance(run, Run) for run in runs.values()):
+        raise TypeError(f"runs: expected a dict of names and runs of pl.simulate, {found(runs)}.")
+    fig = new_figure(9, 0.7 + 1.15 * len(runs))
+    axes = np.atleast_1d(fig.subplots(len(runs), 1, sharex=True, sharey=True))
+    for ax, (name, run) in zip(axes, runs.items()):
+        draw_traces(ax, run, panel, window, frame)
+        ax.set(xlabel="", ylabel="")
+        ax.set_title(name + (f": falls at {run.fell_at:.2f} s" if run.fell else ""), loc="left")
+        if ax is not axes[0] and ax.get_legend():
+            ax.get_legend().remove()
+    axes[-1].set_xlabel("time, s")
+    fig.supylabel(LABELS[panel])
+    within = lambda run: (
+        (run.t >= window[0]) & (run.t <= window[1]) if window is not None else run.t >= 0
+    )  # noqa: E731
+    sizes = {
+        name: max((np.abs(s[within(run)]).max(initial=0) for s in signals(run)[panel].values()))
+        for name, run in runs.items()
+    }
+    words = "; ".join(
+        f"{name} {'falls' if runs[name].fell else format(size, '.3f')}"
+        for name, size in sizes.items()
+    )
+    return describe(
+        fig,
+        f"Largest value in each row ({LABELS[panel]}): {words}.",
+        f"{len(runs)} rows of traces over time with equal axes, {LABELS[panel]}: {words}.",
+    )
+
+
+@styled()
+def pushes_figure(maps):
+    """Admissible pulses over their length: one curve for each kind of push, one style for each map.
+
+    Parameters
+    ----------
+    maps : dict, name -> `pendlab.pushes.Admissible`, all with the same lengths
+    """
+    fig = new_figure(8, 4.4)
+    ax = fig.subplots()
+    styles = ("-", "--", ":", "-.")
+    for style, (name, found_) in zip(styles, maps.items()):
+        for i, heights in enumerate(found_.heights):
+            ax.loglog(
+                1000 * found_.lengths,
+                heights,
+                style,
+                marker="o",
+                markersize=4,
+                color=look(angle_name(i + 1))["color"],
+                label=f"link {i + 1}, {name}",
+            )
+    ax.set(xlabel="length of the pulse, ms", ylabel="largest height that is recovered")
+    ax.legend(ncols=len(maps))
+    short = "; ".join(
+        f"{name}: " + ", ".join(f"{1000 * i:.0f}" for i in found_.impulses[:, 0])
+        for name, found_ in maps.items()
+    )
+    return describe(
+        fig,
+        f"Impulse (height times length, in thousandths) of the shortest pulse on links 1 to "
+        f"{len(found_.heights)} that is recovered: {short}.",
+        "Largest recovered pulse height over pulse length on logarithmic axes; short pulses fall "
+        f"on lines of equal impulse. {short}.",
+    )
+
+
 def _experiment(number, name, run, what):
     run = bench_run(name) if run is None else run
     if not isinstance(run, Run):
