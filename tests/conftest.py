@@ -10,7 +10,7 @@ import pendlab as pl
 settings.register_profile(
     "pendlab", derandomize=True, deadline=None, max_examples=20, database=None
 )
-settings.register_profile("thorough", deadline=None, max_examples=300, database=None)
+settings.register_profile("thorough", deadline=None, max_examples=150, database=None)
 settings.load_profile("pendlab")
 
 

@@ -242,14 +242,14 @@ def assert_margins(loop):
     return found
 
 
-@settings(max_examples=60)
+@settings(max_examples=25)
 @given(single_loops())
 def test_margins_by_moving_the_gain(loop):
     assume(radius(loop, 1) < 1 - 1e-7)
     assert_margins(loop)
 
 
-@settings(max_examples=30)
+@settings(max_examples=15)
 @given(single_loops())
 def test_modulus_margin_is_one_over_the_peak_of_the_sensitivity(loop):
     assume(radius(loop, 1) < 1 - 1e-4)
