@@ -69,7 +69,8 @@ def is_product_sum(expression):
 def evaluate(expression, matrices, size):
     """Value of a sum of products of non-commuting symbols, each a matrix by its name.
 
-    A number stands for that multiple of the identity of the given size.
+    A number stands for that multiple of the identity of the given size, a commuting symbol for its
+    number. KeyError, ValueError, TypeError or AttributeError where that is not possible.
     """
     total = np.zeros((size, size), dtype=complex)
     for term in expression.expand().as_ordered_terms():
@@ -77,10 +78,11 @@ def evaluate(expression, matrices, size):
         value = np.eye(size, dtype=complex)
         for factor in factors:
             base, power = factor.as_base_exp()
-            for _ in range(int(power)):
-                value = value @ matrices[base.name]
+            matrix = matrices[base.name]
+            value = value @ (matrix if power == 1 else np.linalg.matrix_power(matrix, int(power)))
         for number in numbers:
-            value = value * complex(matrices.get(str(number), number))
+            known = {symbol: matrices[symbol.name] for symbol in number.free_symbols}
+            value = value * complex(number.subs(known))
         total = total + value
     return total
 
