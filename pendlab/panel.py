@@ -1,92 +1,27 @@
-"""Sliders round a figure: the one module that imports ipywidgets.
+"""Controls round a picture: the one module that imports ipywidgets.
 
 A `Panel` keeps one Agg figure, lets a tested update function move its artists, and sends the picture
 to an Image widget and the outcome in words to an HTML widget. What is shown needs no Output widget,
 so a saved notebook keeps picture and caption, and exceptions reach the tests.
 """
 
-import io
+import time
 from collections.abc import Callable
 from contextlib import contextmanager
 from dataclasses import dataclass
-from functools import partial
 from html import escape
+from weakref import finalize
 
 import ipywidgets as widgets
 import numpy as np
-from PIL import Image
 
-from ._checks import found, number
+from ._checks import found
+from ._notebook import close_all, running_cell, weakly
+from .controls import Choice, Slider, Switch
+from .figures.picture import Picture
 
-
-@dataclass(frozen=True)
-class Slider:
-    """A number with a slider and a linked number field.
-
-    Parameters
-    ----------
-    name : of the argument that the update function takes
-    label : what it is, with its unit, such as ``"k_p (V/rad)"``
-    low, high : ends of the slider; the field takes no other numbers
-    value : where it starts
-    log : the slider moves in decades; with `zero` its lowest notch stands for 0
-    step : of a linear slider; log sliders move by a twentieth of a decade
-    """
-
-    name: str
-    label: str
-    low: float
-    high: float
-    value: float
-    log: bool = False
-    zero: bool = False
-    step: float | None = None
-
-    def __post_init__(self):
-        number(f"{self.name} low", self.low, above=0 if self.log else None)
-        number(f"{self.name} high", self.high, above=self.low)
-
-    @property
-    def span(self):
-        """First and last slider position and the step between positions."""
-        if not self.log:
-            return self.low, self.high, self.step or (self.high - self.low) / 100
-        first, last, step = np.log10(self.low), np.log10(self.high), 0.05
-        return first - (step if self.zero else 0), last, step
-
-    def value_at(self, position):
-        """The value at a slider position, to three digits."""
-        if not self.log:
-            return float(f"{position:.6g}")
-        if self.zero and position < np.log10(self.low) - 0.01:
-            return 0.0
-        return float(f"{10**position:.3g}")
-
-    def position_of(self, value):
-        """The slider position of a value."""
-        first, last, _ = self.span
-        if not self.log:
-            return min(max(value, first), last)
-        return first if value <= 0 else min(max(float(np.log10(value)), first), last)
-
-
-@dataclass(frozen=True)
-class Switch:
-    """Something that is on or off."""
-
-    name: str
-    label: str
-    value: bool = False
-
-
-@dataclass(frozen=True)
-class Choice:
-    """One of several: `options` maps what is shown to the value that the update function takes."""
-
-    name: str
-    label: str
-    options: dict
-    value: object
+SLOW = 0.4  # s; updates that take longer announce themselves
+WIDTH = 1120  # px; what JupyterLab leaves of a 1366 px screen
 
 
 @dataclass(frozen=True)
@@ -98,14 +33,15 @@ class View:
     figure : Agg figure, laid out once
     update : function of the controls' values by name; changes the artists and returns the caption,
         plain text with the outcome in words; raises ValueError with a sentence for values that
-        cannot work
-    moving : artists that are redrawn on a kept background (axes whose frames stay); all of the
-        figure is redrawn where it is empty
+        cannot work, before it changes anything
+    moving : artists that are redrawn on a kept background; the whole figure where it is empty
+    beside : function without arguments that gives HTML to show beside the picture, such as an SVG
     """
 
     figure: object
     update: Callable
     moving: tuple = ()
+    beside: Callable | None = None
 
 
 class Panel:
@@ -114,49 +50,61 @@ class Panel:
     Parameters
     ----------
     title : heading of the panel
-    controls : `Slider`, `Switch` and `Choice` in the order shown
+    controls : `Slider`, `Switch` and `Choice` in the order shown; or a dict of such lists by
+        heading, shown as tabs
     view : `View`
     legend : what each control and part of the picture does; plain text, one line each
     presets : buttons, name -> values by control name, such as ``{"Paper's values": {"k_p": 10}}``
-    alt : what the picture shows, for people who do not see it
+    actions : buttons for what takes longer, name -> function of (values, progress) that returns a
+        sentence to add to the caption and calls ``progress(done, all)`` on the way
     continuous : whether the picture follows while a slider is dragged (else when it is let go)
     """
 
-    def __init__(self, title, controls, view, legend=(), presets=None, alt="", continuous=True):
-        self.title, self.view, self.alt = title, view, alt
-        self.controls = {control.name: control for control in controls}
-        self.presets = {**(presets or {}), "Reset": {c.name: c.value for c in controls}}
-        self._quiet = False
-        self._background = None
+    def __init__(
+        self, title, controls, view, legend=(), presets=None, actions=None, continuous=True
+    ):
+        groups = controls if isinstance(controls, dict) else {"": controls}
+        self.title, self.view = title, view
+        self.controls = {c.name: c for group in groups.values() for c in group}
+        start = {name: control.value for name, control in self.controls.items()}
+        self.presets = {**(presets or {}), "Reset": start}
+        self.actions = dict(actions or {})
+        self.caption = ""
+        self._picture = Picture(view.figure, view.moving)
+        self._quiet, self._seconds = False, 0.0
         self._fields, self._sliders = {}, {}
-        rows = [self._row(control, continuous) for control in controls]
+        width = self._picture.size[0]
         self._image = widgets.Image(
             format="png",
-            layout=widgets.Layout(
-                width=f"{self.pixels[0]}px", max_width="100%", align_self="flex-start"
-            ),
+            layout=_layout(width=f"{width}px", max_width="100%", align_self="flex-start"),
         )
-        self._caption = widgets.HTML()
-        self.caption = ""
+        self._beside, self._words = widgets.HTML(), widgets.HTML()
+        self._progress = widgets.IntProgress(layout=_layout(visibility="hidden", width="160px"))
+        buttons = [self._button(name, self._preset) for name in self.presets]
+        buttons += [self._button(name, self._act) for name in self.actions]
         self._widget = widgets.VBox(
             [
                 widgets.HTML(f"<b>{escape(title)}</b>"),
-                widgets.HBox(rows, layout=widgets.Layout(flex_flow="row wrap")),
+                self._arranged(groups, continuous),
                 widgets.HBox(
-                    [self._button(name) for name in self.presets],
-                    layout=widgets.Layout(flex_flow="row wrap"),
+                    [*buttons, *([self._progress] if self.actions else [])],
+                    layout=_layout(flex_flow="row wrap"),
                 ),
-                self._image,
-                self._caption,
+                widgets.HBox(
+                    [self._image, self._beside], layout=_layout(align_items="flex-start")
+                ),
+                self._words,
                 widgets.HTML(_legend(legend)),
             ]
         )
+        # ipywidgets remembers every widget; when nobody holds the panel any more, they may go.
+        finalize(self, close_all, self._widget).atexit = False
         self._redraw()
 
     @property
-    def pixels(self):
-        """Width and height of the picture."""
-        return tuple(int(size) for size in self.view.figure.bbox.size)
+    def picture(self):
+        """The PNG that is shown."""
+        return bytes(self._image.value)
 
     @property
     def values(self):
@@ -173,8 +121,9 @@ class Panel:
                 raise ValueError(
                     f"{name}: this panel has no such control; it has {', '.join(self._fields)}."
                 )
+        clipped = {name: self.controls[name].clipped(value) for name, value in values.items()}
         with self._silence():
-            for name, value in values.items():
+            for name, value in clipped.items():
                 self._set(name, value)
         self._redraw()
         return self.caption
@@ -183,22 +132,51 @@ class Panel:
         """Move every control to its ends, one after the other, and back: all captions, for tests."""
         captions, start = [], self.values
         for name, control in self.controls.items():
-            if isinstance(control, Slider):
-                stops = ([0.0] if control.zero else []) + [control.low, control.high]
-            elif isinstance(control, Switch):
-                stops = [not control.value]
-            else:
-                stops = list(control.options.values())
-            captions += [self.at(**{**start, name: stop}) for stop in stops]
+            captions += [self.at(**{**start, name: stop}) for stop in control.stops]
         self.at(**start)
         return captions
 
+    def act(self, name):
+        """Press the button of an action in code; the caption that results."""
+        if name not in self.actions:
+            raise ValueError(
+                f"name: expected one of {', '.join(self.actions) or 'no'} actions, {found(name)}."
+            )
+        self._progress.layout.visibility = "visible"
+        try:
+            sentence = self.actions[name](self.values, self._show_progress)
+        except _CANNOT as problem:
+            sentence = f"{name}: {problem}"
+        finally:
+            self._progress.layout.visibility = "hidden"
+        self._say(f"{self.caption}\n{sentence}")
+        return self.caption
+
     def close(self):
         """Take the panel's widgets out of the page and out of memory."""
-        for widget in _tree(self._widget):
-            widget.close()
+        close_all(self._widget)
+
+    # Controls
+
+    def _arranged(self, groups, continuous):
+        boxes = [
+            widgets.GridBox(
+                [self._row(control, continuous) for control in group],
+                layout=_layout(
+                    grid_template_columns="repeat(auto-fill, minmax(270px, 1fr))",
+                    grid_gap="0 14px",
+                    width="100%",
+                    max_width=f"{WIDTH}px",
+                ),
+            )
+            for group in groups.values()
+        ]
+        if len(boxes) == 1:
+            return boxes[0]
+        return widgets.Tab(boxes, titles=list(groups), layout=_layout(max_width=f"{WIDTH}px"))
 
     def _row(self, control, continuous):
+        style = {"description_width": "initial"}
         if isinstance(control, Switch):
             field = widgets.Checkbox(control.value, description=control.label, indent=False)
             parts = [field]
@@ -207,40 +185,42 @@ class Panel:
                 options=list(control.options.items()),
                 value=control.value,
                 description=control.label,
-                style=WIDE,
+                style=style,
             )
             parts = [field]
         else:
-            first, last, step = control.span
-            low = 0.0 if control.zero else control.low
             field = widgets.BoundedFloatText(
                 value=control.value,
-                min=low,
+                min=min(control.stops),
                 max=control.high,
                 step=None,
                 description=control.label,
-                style=WIDE,
-                layout=widgets.Layout(width="220px"),
+                style=style,
+                layout=_layout(width=f"{7 * len(control.label) + 92}px", flex="0 0 auto"),
             )
-            slider = widgets.FloatSlider(
-                value=control.position_of(control.value),
-                min=first,
-                max=last,
-                step=step,
-                readout=False,
-                continuous_update=continuous,
-                layout=widgets.Layout(width="180px"),
-            )
-            slider.observe(partial(self._slid, control.name), "value")
-            self._sliders[control.name] = slider
-            parts = [field, slider]
-        field.observe(partial(self._typed, control.name), "value")
+            self._sliders[control.name] = self._slider(control, continuous)
+            parts = [field, self._sliders[control.name]]
+        field.observe(weakly(self._typed, control.name), "value")
         self._fields[control.name] = field
-        return widgets.HBox(parts, layout=widgets.Layout(margin="0 16px 0 0"))
+        return widgets.HBox(parts)
 
-    def _button(self, name):
-        button = widgets.Button(description=name, layout=widgets.Layout(width="auto"))
-        button.on_click(partial(self._pressed, name))
+    def _slider(self, control, continuous):
+        first, last, step = control.span
+        slider = widgets.FloatSlider(
+            value=control.position_of(control.value),
+            min=first,
+            max=last,
+            step=step,
+            readout=False,
+            continuous_update=continuous,
+            layout=_layout(flex="1 1 60px", width="auto", min_width="60px"),
+        )
+        slider.observe(weakly(self._slid, control.name), "value")
+        return slider
+
+    def _button(self, name, pressed):
+        button = widgets.Button(description=name, layout=_layout(width="auto"))
+        button.on_click(weakly(pressed, name))
         return button
 
     def _slid(self, name, change):
@@ -255,15 +235,15 @@ class Panel:
                 self._set(name, self._fields[name].value)
             self._redraw()
 
-    def _pressed(self, name, _):
+    def _preset(self, name, _):
         self.at(**self.presets[name])
 
+    def _act(self, name, _):
+        self.act(name)
+
     def _set(self, name, value):
-        control = self.controls[name]
-        if isinstance(control, Slider):
-            low = 0.0 if control.zero else control.low
-            value = min(max(number(name, value), low), control.high)
-            self._sliders[name].value = control.position_of(value)
+        if name in self._sliders:
+            self._sliders[name].value = self.controls[name].position_of(value)
         self._fields[name].value = value
 
     @contextmanager
@@ -275,80 +255,64 @@ class Panel:
         finally:
             self._quiet = False
 
+    # What is shown
+
     def _redraw(self):
+        start = time.perf_counter()
+        if self._seconds > SLOW:
+            self._words.value = "<p>Computing ... <progress></progress></p>"
         try:
-            self.caption = self.view.update(**self.values)
-            sound = True
-        except (ValueError, ArithmeticError, np.linalg.LinAlgError) as problem:
-            self.caption = (
-                f"These values cannot work. {problem} The picture still shows the last ones."
-            )
-            sound = False
-        if sound or not self._image.value:
-            self._image.value = self._picture()
+            caption, sound = self.view.update(**self.values), True
+        except _CANNOT as problem:
+            caption, sound = f"These values cannot work. {problem}", False
+            if self.picture:
+                caption += " The picture still shows the last ones."
+        if sound or not self.picture:
+            self._image.value = self._picture.png()
+            if self.view.beside is not None:
+                self._beside.value = self.view.beside()
+        self._say(caption, sound)
+        self._seconds = time.perf_counter() - start
+
+    def _say(self, caption, sound=True):
+        self.caption = caption
         colour = "" if sound else "color:#B00020;font-weight:bold;"
-        self._caption.value = (
-            f'<p role="status" style="{colour}line-height:1.4;max-width:{self.pixels[0]}px">'
-            f"{escape(self.caption)}</p>"
+        lines = escape(caption).replace("\n", "<br>")
+        self._words.value = (
+            f'<p role="status" style="{colour}line-height:1.35;margin:0;max-width:{WIDTH}px">'
+            f"{lines}</p>"
         )
 
-    def _picture(self):
-        canvas, moving = self.view.figure.canvas, self.view.moving
-        if not moving:
-            canvas.draw()
-        else:
-            if self._background is None:
-                for artist in moving:
-                    artist.set_animated(True)
-                canvas.draw()
-                self._background = canvas.copy_from_bbox(self.view.figure.bbox)
-            canvas.restore_region(self._background)
-            for artist in moving:
-                (artist.axes or self.view.figure).draw_artist(artist)
-        buffer = io.BytesIO()
-        Image.fromarray(np.asarray(canvas.buffer_rgba())[:, :, :3]).save(
-            buffer, "png", compress_level=1
-        )
-        return buffer.getvalue()
+    def _show_progress(self, done, total):
+        self._progress.max, self._progress.value = total, done
 
     def _repr_mimebundle_(self, include=None, exclude=None):
         """The live widget, a still picture where there is no kernel, and the caption as text."""
         self._replace_earlier_copy()
         bundle = self._widget._repr_mimebundle_()
         bundle = bundle[0] if isinstance(bundle, tuple) else bundle
-        return {**bundle, "image/png": bytes(self._image.value), "text/plain": self.caption}
+        return {**bundle, "image/png": self.picture, "text/plain": self.caption}
 
     def _replace_earlier_copy(self):
-        """Close the panel that an earlier run of the same cell has left."""
-        place = (_cell(), self.title)
-        earlier = _SHOWN.get(place)
-        if earlier is not None and earlier is not self:
-            earlier.close()
+        """Close the panel that an earlier run of the same cell has left, unless it shows elsewhere."""
+        place = (running_cell(), self.title)
+        earlier = _SHOWN.pop(place, None)
         _SHOWN[place] = self
+        if earlier is not None and all(earlier is not panel for panel in _SHOWN.values()):
+            earlier.close()
 
     def __repr__(self):
         return self.caption
 
 
-WIDE = {"description_width": "initial"}
-_SHOWN = {}  # (cell, title) -> the panel shown there, so that re-running a cell replaces it
+_CANNOT = (ValueError, ArithmeticError, np.linalg.LinAlgError)
+# (cell, title) -> the panel shown there. A page shows its panels whether or not a variable holds
+# them; running the cell again replaces its entry.
+_SHOWN = {}
 
 
-def _cell():
-    """What tells the running notebook cell from others: its id, or its text where none is sent."""
-    try:
-        from IPython import get_ipython
-
-        shell = get_ipython()
-        return shell.get_parent()["metadata"].get("cellId") or shell.user_ns["In"][-1]
-    except (ImportError, AttributeError, KeyError, IndexError, TypeError):
-        return None
-
-
-def _tree(widget):
-    for child in getattr(widget, "children", ()):
-        yield from _tree(child)
-    yield widget
+def _layout(**settings):
+    return widgets.Layout(**settings)
 
 
 def _legend(lines):

@@ -108,28 +108,50 @@ def draw_nyquist(ax, curves, looks, frame=None, paper=None, zoom=None):
     -------
     update(curves, paper=None) : same number of curves, new data
     """
-    x, y = ((-2.5, 0.5), (-1.5, 1.5)) if frame is None else np.asarray(frame, dtype=float)
-    gain = curves[0].critical == -1.0
-    views = [ax] if zoom is None else [ax, _inset(ax, curves[0].critical, *zoom)]
-    artists = [_curves(view, curves[0].critical, looks) for view in views]
-    ax.set(xlim=x, ylim=y, xlabel="real part", ylabel="imaginary part")
-    ax.set_aspect("equal", adjustable="box")
-    meets = "▼ meets the real axis" + ("   ● meets the unit circle" if gain else "")
+    move = draw_loops(ax, curves, looks, frame, zoom)
+    meets = "▼ meets the real axis"
+    if curves[0].critical == -1.0:
+        meets += "   ● meets the unit circle"
     legend = ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.12), title=meets, frameon=False,
                        title_fontsize=10)  # fmt: skip
     legend.set_alignment("left")
     texts = legend.get_texts()
 
     def update(curves, paper=None):
+        move(curves)
+        for i, data in enumerate(curves):
+            beside = (None, None) if paper is None else paper[i]
+            texts[i].set_text(f"{looks[i]['label']}: {_crossings(data, beside)}")
+
+    update(curves, paper)
+    return update
+
+
+def draw_loops(ax, curves, looks, frame=None, zoom=None):
+    """The curves of `draw_nyquist` without a legend, for pages of panels and for sliders.
+
+    Returns
+    -------
+    update(curves) : moves the curves and returns their artists
+    """
+    x, y = ((-2.5, 0.5), (-1.5, 1.5)) if frame is None else np.asarray(frame, dtype=float)
+    critical = curves[0].critical
+    views = [ax] if zoom is None else [ax, _inset(ax, critical, *zoom)]
+    artists = [_curves(view, critical, looks) for view in views]
+    ax.set(xlim=x, ylim=y, xlabel="real part", ylabel="imaginary part")
+    ax.set_aspect("equal", adjustable="box")
+
+    def update(curves):
+        moved = []
         for i, data in enumerate(curves):
             for lines, dots in artists:
                 lines[i].set_data(data.curve.real, data.curve.imag)
                 for dot, value in zip(dots[i], data.marked, strict=True):
                     dot.set_data([value.real], [value.imag])
-            beside = (None, None) if paper is None else paper[i]
-            texts[i].set_text(f"{looks[i]['label']}: {_crossings(data, beside)}")
+                moved += [lines[i], *dots[i]]
+        return moved
 
-    update(curves, paper)
+    update(curves)
     return update
 
 
@@ -201,17 +223,18 @@ def decibels(ratio):
     return 20 * np.log10(ratio)
 
 
-def draw_sigma_min(ax, curves, looks, frame=None):
+def draw_sigma_min(ax, curves, looks, frame=None, listed=True):
     """Smallest singular values in dB over Hz, their lowest points and the Nyquist frequency.
 
     Parameters
     ----------
     ax : axes; curves : sequence of `SmallestSingularValue`; looks : one ``look(...)`` for each
     frame : ((lowest, highest) Hz, (lowest, highest) dB)
+    listed : whether a legend tells the lowest points
 
     Returns
     -------
-    update(curves)
+    update(curves) : moves the curves and returns their artists
     """
     x, y = ((1e-3, 1e2), (-40, 10)) if frame is None else np.asarray(frame, dtype=float)
     grey = COLORS["grey"]
@@ -225,7 +248,7 @@ def draw_sigma_min(ax, curves, looks, frame=None):
         lowest += ax.plot([], [], "o", **dot)
     ax.set(xscale="log", xlim=x, ylim=y)
     ax.set(xlabel="frequency in Hz", ylabel="smallest singular value in dB")
-    legend = ax.legend(loc="lower left")
+    texts = ax.legend(loc="lower left").get_texts() if listed else [None] * len(lines)
 
     def update(curves):
         top = curves[0].omega[-1] / HZ
@@ -235,8 +258,9 @@ def draw_sigma_min(ax, curves, looks, frame=None):
             hz, dB = data.lowest_omega / HZ, decibels(data.lowest)
             lines[i].set_data(data.omega / HZ, decibels(data.sigma))
             lowest[i].set_data([hz], [dB])
-            text = f"{looks[i]['label']}: lowest {dB:.1f} dB at {hz:.2f} Hz"
-            legend.get_texts()[i].set_text(text)
+            if listed:
+                texts[i].set_text(f"{looks[i]['label']}: lowest {dB:.1f} dB at {hz:.2f} Hz")
+        return [end, note, *lines, *lowest]
 
     update(curves)
     return update

@@ -1,6 +1,6 @@
 """Root locus of the aligned pendulum over k_p, equation (19): computed apart from drawn."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
@@ -52,6 +52,12 @@ def root_locus(model, kps, kp):
     kps, branches = _swept(at, kps)
     marked = np.linalg.eigvals(at(kp)).astype(complex)
     return RootLocus(kps, branches, kp, marked[np.argsort(-np.abs(marked))], _changes(at, kps))
+
+
+def remarked(locus, model, kp):
+    """The same branches with another gain marked; `model` is the one that `locus` was made of."""
+    values = np.linalg.eigvals(align(model, number("kp", kp)).A).astype(complex)
+    return replace(locus, kp=kp, marked=values[np.argsort(-np.abs(values))])
 
 
 def _swept(at, kps, step=0.002, rounds=12):
@@ -121,6 +127,47 @@ def draw_root_locus(ax, data, frame=None):
         legend.get_texts()[1].set_text(f"$k_p = {data.kp:g}$: {data.unstable} outside")
 
     update(data)
+    return update
+
+
+def draw_marked_locus(ax, data, frame):
+    """Branches that stay, and eigenvalues that move along them: stable, unstable, and the start.
+
+    Returns
+    -------
+    update(data) : moves the eigenvalues and returns their artists
+    """
+    for branch in data.branches.T:
+        ax.plot(branch.real, branch.imag, color=COLORS["sky"], zorder=3)
+    start = data.branches[0]
+    ax.plot(start.real, start.imag, "o", color=COLORS["sky"], markerfacecolor="white", zorder=4,
+            label=f"$k_p = {data.kps[0]:g}$")  # fmt: skip
+    move = draw_eigenvalues(ax, data.marked, frame)
+    return lambda data: move(data.marked)
+
+
+def draw_eigenvalues(ax, values, frame):
+    """Eigenvalues in the z-plane, those outside the unit circle with a look of their own.
+
+    Returns
+    -------
+    update(values) : moves them and returns their artists
+    """
+    angle = np.linspace(-np.pi, np.pi, 2001)
+    for line in (ax.axhline, ax.axvline):
+        line(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
+    ax.plot(np.cos(angle), np.sin(angle), **look("unit circle", label="_"))
+    edge = dict(markeredgecolor="white", markeredgewidth=0.8, zorder=6)
+    marks = [ax.plot([], [], **look(name, **edge))[0] for name in ("stable", "unstable")]
+    ax.set(xlim=frame[0], ylim=frame[1], xlabel="real part", ylabel="imaginary part")
+
+    def update(values):
+        out = np.abs(values) > 1
+        for mark, inside in zip(marks, (values[~out], values[out]), strict=True):
+            mark.set_data(inside.real, inside.imag)
+        return marks
+
+    update(np.asarray(values))
     return update
 
 

@@ -1,0 +1,99 @@
+"""The linear answer to a step in the reference, from the first sample to thousands of seconds."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from .style import COLORS, angle_name, look
+
+
+@dataclass(frozen=True)
+class StepResponse:
+    """Answer of the sampled linear loop to a reference of 1 rad, starting upright.
+
+    Attributes
+    ----------
+    t : (N,) s, in each decade ten times coarser than in the last
+    angles : (N, n) relative angles, rad per rad of reference
+    u : (N, m) voltages, V per rad of reference
+    tracked : index of the angle that follows
+    """
+
+    t: np.ndarray
+    angles: np.ndarray
+    u: np.ndarray
+    tracked: int
+
+    @property
+    def rise(self):
+        """First time at 90 % of the reference, s; None if not reached."""
+        there = np.flatnonzero(self.angles[:, self.tracked] >= 0.9)
+        return float(self.t[there[0]]) if len(there) else None
+
+    @property
+    def overshoot(self):
+        """Largest excess over the reference, as a fraction of it."""
+        return max(float(self.angles[:, self.tracked].max()) - 1, 0.0)
+
+    @property
+    def peak(self):
+        """Largest voltage of each motor, V per rad of reference."""
+        return np.abs(self.u).max(axis=0)
+
+
+def step_response(design, filters=True, decades=6):
+    """`StepResponse` of a design over 10^decades samples, with or without the rig's filters.
+
+    x(n+1) = A x + B u, u and the controller's states from `Controller.system`, w with the reference
+    of (15). Each decade advances with the tenth power of the last decade's matrix.
+    """
+    plant, c = design.filtered if filters else design.model, design.controller
+    system = c.system
+    state = np.append(np.zeros(plant.nstates + system.nstates), 1.0)  # [x; v; w; 1]
+    to_u = np.hstack([system.D @ plant.C, system.C])
+    first_w = len(state) - 1 - len(c.tracked)
+    step = np.zeros((len(state), len(state)))
+    step[: plant.nstates, :-1] = plant.B @ to_u
+    step[: plant.nstates, : plant.nstates] += plant.A
+    step[plant.nstates : -1, :-1] = np.hstack([system.B @ plant.C, system.A])
+    step[first_w, -1], step[-1, -1] = c.dt, 1.0
+    states, samples = [state], [0]
+    with np.errstate(over="ignore", invalid="ignore"):  # of unstable loops
+        for decade in range(1, decades):
+            for _ in range(100 if decade == 1 else 90):
+                states.append(step @ states[-1])
+                samples.append(samples[-1] + 10 ** (decade - 1))
+            step = np.linalg.matrix_power(step, 10)
+    X = np.clip(np.nan_to_num(np.array(states)[:, :-1]), -1e6, 1e6)
+    angles = X[:, : plant.nstates] @ plant.C[: design.rig.n_links].T
+    return StepResponse(c.dt * np.array(samples), angles, X @ to_u.T, c.tracked[0])
+
+
+def draw_step(ax, data, frame):
+    """Relative angles per reference over logarithmic time; returns update(data) -> moved artists."""
+    lines = [ax.plot([], [], **look(angle_name(i + 1)))[0] for i in range(data.angles.shape[1])]
+    ax.axhline(1, **look("reference"))
+    ax.axhline(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
+    ax.set(xscale="log", xlim=(data.t[1], data.t[-1]), ylim=frame)
+    ax.set(xlabel="time after the step, s", ylabel="angle / reference")
+
+    def update(data):
+        for line, angle in zip(lines, data.angles.T, strict=True):
+            line.set_data(data.t[1:], angle[1:])
+        return lines
+
+    update(data)
+    return update
+
+
+def step_words(data, step=0.1):
+    """What a step of `step` rad does, as a sentence."""
+    name = angle_name(data.tracked + 1).replace("theta", "θ").replace("-", "−")
+    reached = f"reaches 90 % after {data.rise:.3g} s" if data.rise else (
+        f"is at {data.angles[-1, data.tracked]:.0%} after {data.t[-1]:.0f} s"
+    )  # fmt: skip
+    volts = ", ".join(f"{step * peak:.3g} V" for peak in data.peak)
+    return (
+        f"Step of {step:g} rad: {name} {reached}, overshoot {data.overshoot:.0%}, "
+        f"voltage up to {volts}."
+    )
