@@ -57,9 +57,9 @@ def recorded():
     bench = dataclasses.replace(pl.bench_imperfections(rig), voltage_resolution=0.0, offset=0.0)
     run = pl.simulate(
         rig, controller, 8.0, initial=(0.01, -0.01, 0.0), reference=lambda t: 0.1 * (t > 4),
-        imperfections=bench, disturbance=pl.Pulse(3, 1.0, 0.1, 0.4),
+        imperfections=bench, disturbance=pl.Pulse(3, 1.0, 0.1, 0.7),
     )  # fmt: skip
-    assert not run.fell and run.saturated[1] > 0
+    assert not run.fell and run.saturated[0] > 0
     return controller, run
 
 

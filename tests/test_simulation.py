@@ -324,6 +324,37 @@ def test_compiled_loop_is_controller_step(bench):
         np.testing.assert_allclose(ours.u[k], u, atol=1e-11)
 
 
+def test_halving_the_inner_step_changes_no_visible_digit(bench):
+    """A line on a page is about 2e-3 rad wide in Figs 15-17."""
+    exact = dataclasses.replace(bench["imperfections"], resolution=0.0, voltage_resolution=0.0)
+    for on, t_end, least in [
+        (pl.Imperfections(), 37.0, 1e-6),
+        (dataclasses.replace(exact, gap=0.0), 10.0, 2e-5),
+        (exact, 3.0, 2e-3),
+    ]:
+        coarse = pl.simulate(**bench | dict(imperfections=on), t_end=t_end)
+        half = coarse.inner_step / 2
+        fine = pl.simulate(**bench | dict(imperfections=on), t_end=t_end, inner_step=half)
+        assert fine.inner_step <= half * (1 + 1e-9) and not fine.fell
+        assert np.abs(coarse.angles - fine.angles).max() < least
+
+
+def test_halving_the_inner_step_keeps_the_ranges_of_chaotic_motion(bench):
+    """Rounding in the converters turns any difference, however small, into one of a whole step, and
+    motion in the gap multiplies it: no step size fixes a single trace, but it fixes their ranges."""
+    cases = [dict(initial=np.array(bench["initial"]) + e) for e in np.linspace(-1e-3, 1e-3, 12)]
+    arguments = {key: value for key, value in bench.items() if key != "initial"}
+    coarse = pl.simulate_many(**arguments, t_end=18.0, cases=cases)
+    half = coarse[0].inner_step / 2
+    fine = pl.simulate_many(**arguments, t_end=18.0, cases=cases, inner_step=half)
+    for column in range(bench["rig"].n_links):
+        ranges = [
+            np.median([np.ptp(run.angles[run.t > 10, column]) for run in runs])
+            for runs in (coarse, fine)
+        ]
+        assert ranges[0] == pytest.approx(ranges[1], rel=0.06)
+
+
 def test_equal_calls_give_equal_results(bench):
     one, two = (pl.simulate(**bench, t_end=2.0) for _ in range(2))
     for field in ("angles", "rates", "u", "y", "estimate"):
@@ -359,6 +390,58 @@ def test_progress_bar_is_for_terminals_or_on_request(bench, capsys):
     assert capsys.readouterr() == ("", "")
     pl.simulate_many(**bench, t_end=0.1, cases=[{}, {}], progress=True)
     assert capsys.readouterr().err.endswith("2/2\n")
+
+
+# ---- Figs 15-17: what the paper prints of them is the range of each axis
+
+PANELS = {
+    ("triple", 0, 7): [(-0.3, 0.2), (-0.6, 0.6), (-6, 6), (-0.6, 0.8)],
+    ("triple", 30, 37): [(-0.2, 0.15), (-1, 0.6), (-6, 8), (-1.2, 0.6)],
+    ("double", 10, 18): [(-0.15, 0.1), (-0.4, 0.4), (-3, 3)],
+}
+
+
+def panel_traces(run, start, end):
+    """Angles, rate and voltages as recorded by the computer, one entry per panel."""
+    rows = (run.t > start - 1e-9) & (run.t < end + 1e-9)
+    return [run.y[rows, :-1], run.y[rows, -1:], *run.u[rows].T]
+
+
+@pytest.mark.parametrize("name, start, end", PANELS)
+def test_traces_stay_inside_the_published_axes_and_fill_half(name, start, end):
+    # Motion in the gap is chaotic, so the last bit of a sine decides on single curves: the median of
+    # runs from neighbouring starts is what can be held against the figures on every machine.
+    rig, controller = pl.load(name), pl.paper_design(name).controller
+    cases = [dict(initial=np.array(pl.bench_start(rig)) + e) for e in np.linspace(-1e-3, 1e-3, 15)]
+    runs = pl.simulate_many(rig, controller, end, cases,
+                            imperfections=pl.bench_imperfections(rig))  # fmt: skip
+    assert not any(run.fell for run in runs)
+    traces = zip(*(panel_traces(run, start, end) for run in runs))
+    for panel, (low, high) in zip(traces, PANELS[name, start, end], strict=True):
+        smallest, largest = (np.median([f(trace) for trace in panel]) for f in (np.min, np.max))
+        assert low < smallest and largest < high
+        assert np.median([np.ptp(trace) for trace in panel]) > (high - low) / 2
+
+
+def test_upper_link_stays_aligned_and_the_triple_starts_small(triple, triple_design):
+    run = pl.simulate(triple, triple_design.controller, 7.0, initial=pl.bench_start(triple),
+                      imperfections=pl.bench_imperfections(triple))  # fmt: skip
+    assert np.abs(run.angles[:, 2]).max() < 0.06
+    first, later = run.angles[run.t < 0.5, :2], run.angles[run.t > 3, :2]
+    assert np.abs(run.angles[0]).max() < 0.005
+    assert np.ptp(first, axis=0).max() < 0.5 * np.ptp(later, axis=0).max()
+
+
+def test_backlash_alone_does_not_look_like_the_figures(triple, triple_design):
+    on = pl.bench_imperfections(triple)
+    bare = dataclasses.replace(on, gear_friction=0.0, offset=0.0)
+    ranges = {}
+    for label, settings in (("both", on), ("backlash", bare)):
+        run = pl.simulate(triple, triple_design.controller, 37.0, initial=pl.bench_start(triple),
+                          imperfections=settings)  # fmt: skip
+        ranges[label] = [np.ptp(trace) for trace in panel_traces(run, 30, 37)]
+    for with_friction, without in zip(ranges["both"], ranges["backlash"]):
+        assert without > 1.3 * with_friction
 
 
 # ---- Misuse
