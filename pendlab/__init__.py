@@ -56,6 +56,15 @@ _CONTENTS = {
     "findings": ("doctor",),
     "controls": ("Slider", "Switch", "Choice"),
     "panel": ("Panel", "View"),
+    "panels": (
+        "bar_panel",
+        "bench_panel",
+        "kp_panel",
+        "observer_panel",
+        "sampling_panel",
+        "triple_panel",
+        "weights_panel",
+    ),
 }
 _HOME = {name: module for module, names in _CONTENTS.items() for name in names}
 

@@ -360,7 +360,9 @@ def margins(loop, points=2000):
         )
     response = prepared(loop)
     L_at = lambda omega: response(np.exp(1j * np.atleast_1d(omega) * loop.dt))[:, 0, 0]  # noqa: E731
-    at = lambda omega: complex(L_at(omega)[0])  # noqa: E731
+    A, B, C, one = loop.A, loop.B, loop.C, np.eye(loop.nstates)
+    # One frequency at a time, for the root finder: a solve is cheaper than the prepared form.
+    at = lambda w: (C @ np.linalg.solve(np.exp(1j * w * loop.dt) * one - A, B)).item()  # noqa: E731
     # The slowest eigenvalue, opened or closed, says where the lowest crossing may be.
     opened, closed = np.linalg.eigvals(loop.A), closed_loop_eigenvalues(loop)
     slow = np.abs(np.concatenate([opened, closed]) - 1)

@@ -90,9 +90,7 @@ class Panel:
                     [*buttons, *([self._progress] if self.actions else [])],
                     layout=_layout(flex_flow="row wrap"),
                 ),
-                widgets.HBox(
-                    [self._image, self._beside], layout=_layout(align_items="flex-start")
-                ),
+                widgets.HBox([self._image, self._beside], layout=_layout(align_items="flex-start")),
                 self._words,
                 widgets.HTML(_legend(legend)),
             ]

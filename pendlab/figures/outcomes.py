@@ -15,9 +15,7 @@ def margins_in_words(curve):
         return f"stable, {near}"
     m = curve.margins
     up = f"{m.gain_up:.3g}" if np.isfinite(m.gain_up) else "any factor"
-    return (
-        f"stable, gain times {m.gain_down:.2g} to {up}, phase {np.degrees(m.phase):.1f}°, {near}"
-    )
+    return f"stable, gain times {m.gain_down:.2g} to {up}, phase {np.degrees(m.phase):.1f}°, {near}"
 
 
 def loops_in_words(name, curves):

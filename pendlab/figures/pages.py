@@ -87,7 +87,9 @@ def weights_page(design):
 
     def say(data, design):
         slowest = np.abs(closed_loop_eigenvalues(design.nominal_loop)[0])
-        pace = f"Slowest time constant {-design.dt / np.log(slowest):.3g} s. " if slowest < 1 else ""
+        pace = (
+            f"Slowest time constant {-design.dt / np.log(slowest):.3g} s. " if slowest < 1 else ""
+        )
         first = f"{gain_in_words(design.F)} {pace}{step_words(data[-1])}"
         return (
             "\n".join([first, *_loops_in_words(data, design)]),
@@ -242,7 +244,8 @@ def _legend(fig, *axes):
     entries = {}
     for ax in axes:
         for handle, label in zip(*ax.get_legend_handles_labels()):
-            entries.setdefault(label, handle)
+            if label != "unit circle":
+                entries.setdefault(label, handle)
     fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries),
                handlelength=1.5, columnspacing=1.4, fontsize=9)  # fmt: skip
 

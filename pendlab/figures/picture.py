@@ -1,9 +1,9 @@
 """A figure that is drawn again and again: what stays is kept, what moves is drawn on top."""
 
-import io
+import struct
+import zlib
 
 import numpy as np
-from PIL import Image
 
 
 class Picture:
@@ -41,7 +41,24 @@ class Picture:
             canvas.restore_region(self._background)
             for artist in self.moving:
                 (artist.axes or self.figure).draw_artist(artist)
-        buffer = io.BytesIO()
-        pixels = np.asarray(canvas.buffer_rgba())[:, :, :3]
-        Image.fromarray(pixels).save(buffer, "png", compress_level=1)
-        return buffer.getvalue()
+        return png_bytes(np.asarray(canvas.buffer_rgba())[:, :, :3])
+
+
+def png_bytes(pixels):
+    """RGB pixels (height, width, 3) as a PNG without row filters.
+
+    Image libraries try several filters on each row. That suits photographs; for lines on white it
+    takes half of the time from slider to picture and makes the file no smaller.
+    """
+    height, width, _ = pixels.shape
+    rows = np.zeros((height, 1 + 3 * width), np.uint8)  # each begins with its filter: none
+    rows[:, 1:] = pixels.reshape(height, -1)
+    chunks = (
+        (b"IHDR", struct.pack(">IIBBBBB", width, height, 8, 2, 0, 0, 0)),
+        (b"IDAT", zlib.compress(rows, 1)),
+        (b"IEND", b""),
+    )
+    return b"\x89PNG\r\n\x1a\n" + b"".join(
+        struct.pack(">I", len(data)) + kind + data + struct.pack(">I", zlib.crc32(kind + data))
+        for kind, data in chunks
+    )

@@ -13,7 +13,12 @@ from .style import COLORS, describe, new_figure, png, styled
 # Notebook, title, what it makes of the data, thumbnail.
 STOPS = (
     ("01", "introduction", "why is it hard?", lambda: _leaning()),
-    ("A", "Lagrange", "energies to equations", lambda: _formula(r"$\frac{d}{dt}\frac{\partial T}{\partial\dot q}$")),
+    (
+        "A",
+        "Lagrange",
+        "energies to equations",
+        lambda: _formula(r"$\frac{d}{dt}\frac{\partial T}{\partial\dot q}$"),
+    ),
     ("02", "models", "rig to sampled model", lambda: schematics.schematic(load("triple"))),
     ("03", "observers", "states to estimates", lambda: blocks.observer_blocks()),
     ("B", "lemma", "why H = 0", lambda: _formula(r"$I+PG$")),
@@ -40,9 +45,13 @@ def series_map():
             FancyBboxPatch((x, y), width, height, boxstyle="round,pad=0,rounding_size=0.08",
                            facecolor="white", edgecolor=COLORS["blue"], linewidth=1.5)
         )  # fmt: skip
-        ax.text(x + 0.1, y + height - 0.27, f"{name}  {title}", weight="bold", fontsize=12, va="center")
+        ax.text(
+            x + 0.1, y + height - 0.27, f"{name}  {title}", weight="bold", fontsize=12, va="center"
+        )
         ax.text(x + 0.1, y + 0.2, does, fontsize=10, va="center", color=COLORS["grey"])
-        inset = fig.add_axes(((x + 0.1) / 10, (y + 0.4) / 5.2, (width - 0.2) / 10, (height - 0.9) / 5.2))
+        inset = fig.add_axes(
+            ((x + 0.1) / 10, (y + 0.4) / 5.2, (width - 0.2) / 10, (height - 0.9) / 5.2)
+        )
         inset.imshow(_pixels(thumbnail()))
         inset.axis("off")
     for k, (x, y) in enumerate(places[:-1]):
@@ -50,8 +59,13 @@ def series_map():
         if following[1] == y:
             ends = (x + width + 0.04, y + height / 2), (following[0] - 0.04, y + height / 2)
         else:
-            ends = (x + width / 2, y - 0.04), (following[0] + width / 2, following[1] + height + 0.04)
-        ax.add_patch(FancyArrowPatch(*ends, arrowstyle="-|>", mutation_scale=14, color=COLORS["blue"]))
+            ends = (
+                (x + width / 2, y - 0.04),
+                (following[0] + width / 2, following[1] + height + 0.04),
+            )
+        ax.add_patch(
+            FancyArrowPatch(*ends, arrowstyle="-|>", mutation_scale=14, color=COLORS["blue"])
+        )
     return describe(
         fig,
         "The series follows the data: from the parameters of the rig through equations, models, "
