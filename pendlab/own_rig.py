@@ -47,5 +47,5 @@ def my_rig(who, base="double", spread=0.06):
         rig,
         links=[vary(link, "length", "mass", "inertia", "com", "friction") for link in rig.links],
         motors=[vary(motor, "damping", "inertia", "gain") for motor in rig.motors],
-        name=f"{rig.name} of {who}",
+        name=f"{rig.name} of {str(who).strip().lower()}",
     )
