@@ -45,6 +45,8 @@ def compare(name, answer, truth, mistakes=(), tolerance=1e-3, praise="That is wh
     -------
     Verdict
     """
+    if answer is None:
+        return Verdict(False, f"{name} is None: it has no value yet.")
     truth = np.asarray(truth, dtype=complex if np.iscomplexobj(truth) else float)
     if np.iscomplexobj(answer) and not np.iscomplexobj(truth):
         return Verdict(
@@ -104,6 +106,11 @@ def usual_mistakes(name, truth):
         yield truth.T, f"{name} is transposed."
     if truth.ndim == 1 and truth.size > 1:
         yield truth[::-1], f"{name} holds the right numbers in the opposite order."
+
+
+def all_right(*verdicts):
+    """The first verdict that is not right, or the last one."""
+    return next((verdict for verdict in verdicts if not verdict), verdicts[-1])
 
 
 def choose(name, answer, truth, hints):

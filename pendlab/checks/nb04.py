@@ -93,14 +93,17 @@ def exercise_3(ripple, rig=None):
         truth,
         [
             (20 * np.log10(truth), "That is in decibels; give the factor itself."),
-            (direct[1] / direct[0], "Only L1 counted; the observer's state adds its share at z = -1."),
+            (
+                direct[1] / direct[0],
+                "Only L1 counted; the observer's state adds its share at z = -1.",
+            ),
             (ratio(50.0), "Half the sampling rate is 50 Hz; frequencies go in as rad/s."),
             (ratio(np.pi / systems[0].dt, 1), other),
             (ratio(np.pi / systems[0].dt, 2), other),
             (1 / truth, "That is observer 1 against observer 2; turn it round."),
         ],
         praise="Observer 2 differentiates theta1, and a motor would shake with it.",
-    )  # fmt: skip
+    )
 
 
 def exercise_4(kp_low, rig=None):
@@ -121,7 +124,10 @@ def exercise_4(kp_low, rig=None):
         truth,
         [
             (printed, "That is the paper's printed number; the parameters give another."),
-            (alignment_interval(triple.model)[1], "That is the upper end; there a pair leaves the circle."),
+            (
+                alignment_interval(triple.model)[1],
+                "That is the upper end; there a pair leaves the circle.",
+            ),
             (alignment_interval(triple.filtered)[1], "That is the upper end, with filters."),
             (-truth, "The sign: A_t1 = A_t - B_t2 k_p C_p C_t, so I - A_t1 has a plus."),
             (mixed, "I - A belongs to the sampled model; for the continuous one it is 0 - A."),
@@ -129,7 +135,7 @@ def exercise_4(kp_low, rig=None):
             (at_one(1, 1), "That feeds back theta2 - theta1; C_p picks out theta3 - theta2."),
         ],
         praise="At z = 1 nothing moves: a static balance, whatever the sampling time.",
-    )  # fmt: skip
+    )
 
 
 def exercise_5(free, rig=None):

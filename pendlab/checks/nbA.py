@@ -7,7 +7,7 @@ import numpy as np
 from ..lagrange import derive
 from ..models import linearize
 from ..parameters import load
-from .judging import compare
+from .judging import all_right, compare
 from .symbolic import compare_formula
 
 
@@ -28,7 +28,7 @@ def exercise_1(M_tip=None, P_tip=None, rig=None):
         "depends on the angle of link 1 too."
     )
     alone = M.subs(l1, 0) - double.M.subs(l1, 0)
-    return _all(
+    return all_right(
         compare_formula(
             "M_tip",
             M_tip,
@@ -72,7 +72,7 @@ def exercise_2(M_belt=None, H_belt=None, rig=None):
     on_1, on_2 = (_only(double.M, {(i, i): rotor}) for i in (0, 1))
     reaction, both = _only(double.H, {0: G}), _only(double.H, {0: -G, 1: -G})
     M, H = free.M + on_2, _only(double.H, {1: -G})
-    return _all(
+    return all_right(
         compare_formula(
             "M_belt",
             M_belt,
@@ -128,7 +128,7 @@ def exercise_3(P_hanging=None, unstable_hanging=None, rig=None):
         "down when its own angle is pi."
     )
     _, M, N, down, _ = motion.linear(*motion.values(rig)[:-1], -rig.g)
-    return _all(
+    return all_right(
         compare_formula(
             "P_hanging",
             P_hanging,
@@ -188,10 +188,6 @@ def exercise_5(slow_half, rig=None):
         tolerance=2e-3,
         praise="Folding is a balance of gravity against drag: a quarter of the drag, so much faster.",
     )
-
-
-def _all(*verdicts):
-    return next((verdict for verdict in verdicts if not verdict), verdicts[-1])
 
 
 def _count(name, answer, truth, hint):

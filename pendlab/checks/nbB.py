@@ -48,13 +48,19 @@ def exercise_1(remainder, rig=None):
             )
         return Verdict(True, "What is left is the observer's error about the motor, seen by F.")
     hints = (
-        (lambda F, L2, Psi, T, B, **_: F @ L2 @ Psi @ T @ B, "The opposite sign: the left side minus the right side is asked."),
-        (lambda F, Phi, B, **_: F @ Phi @ B, "That is the wanted loop itself; take the difference of both sides."),
+        (
+            lambda F, L2, Psi, T, B, **_: F @ L2 @ Psi @ T @ B,
+            "The opposite sign: the left side minus the right side is asked.",
+        ),
+        (
+            lambda F, Phi, B, **_: F @ Phi @ B,
+            "That is the wanted loop itself; take the difference of both sides.",
+        ),
         (
             lambda F, L2, Psi, T, B, Phi, **_: F @ Phi @ B - F @ L2 @ Psi @ T @ B,
             "That is P G with H = 0; subtract the loop gain of state feedback.",
         ),
-    )  # fmt: skip
+    )
     for wrong, hint in hints:
         if all(agree(own, wrong(**matrices)) for own, matrices in zip(ours, points)):
             return Verdict(False, hint)
@@ -117,10 +123,22 @@ def exercise_3(sigma_output, rig=None):
         sigma_output,
         truth,
         [
-            (at_input, "Those are the distances at the input: all equal. At the outputs it is I + GP."),
-            (values[:, :, 0].min(axis=1), "Those are the largest singular values; take the smallest."),
-            (values[:, :, 1].min(axis=1), "Those are the middle singular values; take the smallest."),
-            (values[:, :, -1].max(axis=1), "The worst frequency counts: the least over all of them."),
+            (
+                at_input,
+                "Those are the distances at the input: all equal. At the outputs it is I + GP.",
+            ),
+            (
+                values[:, :, 0].min(axis=1),
+                "Those are the largest singular values; take the smallest.",
+            ),
+            (
+                values[:, :, 1].min(axis=1),
+                "Those are the middle singular values; take the smallest.",
+            ),
+            (
+                values[:, :, -1].max(axis=1),
+                "The worst frequency counts: the least over all of them.",
+            ),
             (
                 [np.abs(np.linalg.eigvals(np.eye(3) - G @ p)).min() for p in P],
                 "Those are eigenvalues. For matrices that are not normal, singular values are smaller.",
@@ -129,7 +147,7 @@ def exercise_3(sigma_output, rig=None):
             (truth.min(), "One number for each of the five members is asked for."),
         ],
         praise="The lemma protects the plant input only: at the outputs the members differ.",
-    )  # fmt: skip
+    )
 
 
 def exercise_4(controller_pole, rig=None):
@@ -145,7 +163,10 @@ def exercise_4(controller_pole, rig=None):
         controller_pole,
         truth,
         [
-            (o.E[0, 0], "That is E, a pole of the closed loop. The controller feeds its own u back."),
+            (
+                o.E[0, 0],
+                "That is E, a pole of the closed loop. The controller feeds its own u back.",
+            ),
             (wrong_sign, "The sign: with u = -F xhat the observer's matrix is E - H F L2."),
             *((pole, opened) for pole in closed),
             *((pole, "That is a pole of the plant.") for pole in (1.2, 0.5)),
@@ -158,7 +179,7 @@ def exercise_4(controller_pole, rig=None):
             (np.log(truth) / TS, "That is a continuous pole in 1/s; give the one in the z-plane."),
         ],
         praise="Outside the unit circle, and the closed loop is stable all the same.",
-    )  # fmt: skip
+    )
 
 
 def exercise_5(with_filters_, rig=None):
