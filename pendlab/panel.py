@@ -17,7 +17,7 @@ import numpy as np
 
 from ._checks import found
 from ._notebook import close_all, running_cell, weakly
-from .controls import Choice, Slider, Switch
+from .controls import Choice, Switch
 from .figures.picture import Picture
 
 SLOW = 0.4  # s; updates that take longer announce themselves

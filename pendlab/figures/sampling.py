@@ -5,9 +5,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from ..loop import sorted_eigenvalues
-from .frequency import HZ, draw_loops, nyquist
+from .frequency import HZ, draw_loops
 from .outcomes import loops_in_words
-from .pages import LOOKS, ONE_LOOP, POINTS, _legend, _live, _on, _pair, _row
+from .pages import LOOKS, ONE_LOOP, _legend, _live, _on, _pair, _row
 from .rootlocus import draw_eigenvalues
 from .style import COLORS, styled
 

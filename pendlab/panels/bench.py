@@ -1,7 +1,5 @@
 """The bench as a widget: reference, pushes, every imperfection, traces and the moving pendulum."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..controls import Choice, Slider, Switch
