@@ -48,6 +48,7 @@ _CONTENTS = {
     "simulation": ("Run", "simulate"),
     "many": ("Runs", "simulate_many"),
     "c_export": ("to_c",),
+    "experiment": ("bench_run",),
     "timing": ("step_times",),
     "pushes": ("largest_pulses", "force_levers"),
     "figures": ("figure", "show", "save", "new_figure"),

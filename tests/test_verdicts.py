@@ -9,7 +9,7 @@ import pendlab as pl
 from pendlab import verdicts
 from pendlab.__main__ import main
 from pendlab.paper import OBSERVERS, printed_member
-from pendlab.verdicts import DIFFERS, GIVEN, KNOWN, RECOMPUTED, REPRODUCED, Score
+from pendlab.verdicts import DIFFERS, FITS, GIVEN, KNOWN, RECOMPUTED, REPRODUCED, Score
 
 
 @pytest.fixture(scope="module")
@@ -32,8 +32,19 @@ def test_known_differences_differ_and_only_they_have_a_reason(board):
 def test_only_choices_and_facts_are_taken_over(board):
     """Whatever can be computed is: what is given are weights, dynamics, axes, facts of the rig."""
     given = [score.entry.key for score in board.scores if score.verdict == GIVEN]
-    facts = ("sec2.", "sec4.", "sec5.", "eq16.", "eq17.", "eq18.C_p", "eq26.", "fig6.k_p_range")
-    assert all(key.startswith(facts) or "frame" in key or "axis" in key for key in given)
+    facts = (
+        "sec2.",
+        "sec4.",
+        "sec5.double",
+        "sec5.triple.time",
+        "sec5.triple.steady",
+        "eq16.",
+        "eq17.",
+        "eq18.C_p",
+        "eq26.",
+        "fig6.k_p_range",
+    )
+    assert all(key.startswith(facts) or "frame" in key or "t_axis" in key for key in given)
 
 
 def test_nothing_is_recomputed_under_a_key_that_is_not_printed():
@@ -56,6 +67,10 @@ def test_a_wrong_number_is_called_wrong():
     assert Score(entry, np.array(3.6)).verdict == DIFFERS
     assert Score(replace(entry, known="because"), np.array(3.6)).verdict == KNOWN
     assert Score(entry, None).verdict == GIVEN
+    axis = pl.published("fig15a.y_axis")
+    assert Score(axis, np.array([-0.25, 0.15])).verdict == FITS
+    assert Score(axis, np.array([-0.35, 0.15])).verdict == DIFFERS
+    assert Score(axis, np.array([-0.05, 0.05])).verdict == DIFFERS
 
 
 def test_text_and_table_hold_every_line(board):

@@ -3,15 +3,12 @@
 Every panel can be moved: ``draw_...`` creates the artists once and returns ``update(run)``.
 """
 
-from functools import lru_cache
-
 import numpy as np
 
 from .._checks import found
-from ..imperfections import bench_imperfections, bench_start
+from ..experiment import bench_run, fill, signals
 from ..ledger import published
-from ..paper import paper_design
-from ..simulation import Run, simulate
+from ..simulation import Run
 from .style import angle_name, describe, freeze_layout, look, new_figure, styled
 
 # Panel -> what it shows; the letters of the paper's figures in this order.
@@ -21,19 +18,6 @@ LABELS = {
     "c": "voltage of motor 1, V",
     "d": "voltage of motor 2, V",
 }
-
-
-@lru_cache
-def bench_run(name, t_end=37.0):
-    """The paper's rig and controller on the bench of ``data/gearbox.toml``, from its start by hand."""
-    design = paper_design(name)
-    return simulate(
-        design.rig,
-        design.controller,
-        t_end,
-        initial=bench_start(design.rig),
-        imperfections=bench_imperfections(design.rig),
-    )
 
 
 @styled()
@@ -52,41 +36,6 @@ def fig16(run=None):
 def fig17(run=None):
     """Fig 17: the double's steady operation, 10 to 18 s."""
     return _experiment("17", "double", run, "the double after ten seconds")
-
-
-def signals(run):
-    """Panel -> {look: trace}, as recorded by the paper's computer: readings and sent voltages."""
-    n = run.rig.n_links
-    panels = {
-        "a": {angle_name(i + 1): run.y[:, i] for i in range(n)},
-        "b": {"rate": run.y[:, n]},
-    }
-    for motor in range(min(run.rig.n_motors, 2)):
-        panels["cd"[motor]] = {f"u{motor + 1}": run.u[:, motor]}
-    return panels
-
-
-def fill(run, number):
-    """Panel -> (lowest, highest, frame low, frame high, share of the frame that is filled).
-
-    The share is negative-safe: readings outside the frame give lowest < frame low or highest >
-    frame high.
-    """
-    result = {}
-    for panel, traces in signals(run).items():
-        low, high = published(f"fig{number}{panel}.y_axis").values
-        inside = _window(run, number, panel)
-        values = np.concatenate([trace[inside] for trace in traces.values()])
-        if not len(values):
-            values = np.array([np.nan])
-        share = (values.max() - values.min()) / (high - low)
-        result[panel] = (values.min(), values.max(), low, high, share)
-    return result
-
-
-def _window(run, number, panel="a"):
-    start, stop = published(f"fig{number}{panel}.t_axis").values
-    return (run.t >= start) & (run.t <= stop)
 
 
 def draw_traces(ax, run, panel, window=None, frame=None):
@@ -140,13 +89,11 @@ def compare(runs, panel="a", window=None, frame=None):
             ax.get_legend().remove()
     axes[-1].set_xlabel("time, s")
     fig.supylabel(LABELS[panel])
-    within = lambda run: (
-        (run.t >= window[0]) & (run.t <= window[1]) if window is not None else run.t >= 0
-    )  # noqa: E731
-    sizes = {
-        name: max((np.abs(s[within(run)]).max(initial=0) for s in signals(run)[panel].values()))
-        for name, run in runs.items()
-    }
+    start, stop = (0, np.inf) if window is None else window
+    sizes = {}
+    for name, run in runs.items():
+        within = (run.t >= start) & (run.t <= stop)
+        sizes[name] = max(np.abs(s[within]).max(initial=0) for s in signals(run)[panel].values())
     words = "; ".join(
         f"{name} {'falls' if runs[name].fell else format(size, '.3f')}"
         for name, size in sizes.items()
