@@ -1,0 +1,238 @@
+"""The lab kit says nothing that the notebooks do not hold: minutes, exercises, pictures, quotations."""
+
+import re
+from functools import lru_cache
+
+import nbformat
+import pytest
+from refresh_notebooks import ROOT
+
+from pendlab import exercises as paper
+from pendlab.__main__ import main
+
+FOLDER = ROOT / "notebooks"
+LABS = FOLDER / "labs"
+SERIES = sorted(path.stem for path in FOLDER.glob("*.ipynb") if re.match(r"(\d\d|[A-Z])_", path.stem))
+HEADINGS = (
+    "Pre-lab question",
+    "Steps",
+    "Checkpoints",
+    "Expected pictures",
+    "Common mistakes",
+    "Hand in",
+)
+
+
+@lru_cache
+def sheet(stem):
+    return (LABS / f"{stem}.md").read_text(encoding="utf-8")
+
+
+@lru_cache
+def notebook(stem):
+    return nbformat.read(FOLDER / f"{stem}.ipynb", as_version=4)
+
+
+def section(text, heading):
+    """The text between a heading of level 2 and the next one."""
+    return re.search(rf"^## {re.escape(heading)}\n(.*?)(?=^## |\Z)", text, re.M | re.S)[1]
+
+
+def rows(text):
+    """Cells of the body of every table in a text."""
+    lines = [line for line in text.splitlines() if line.startswith("|")]
+    cells = [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines]
+    heads = {k - 1 for k, row in enumerate(cells) if set("".join(row)) <= set("-: ")}
+    return [row for k, row in enumerate(cells) if k not in heads and k - 1 not in heads]
+
+
+def minutes(stem):
+    """Minutes of each step, by its number."""
+    return {int(row[0]): int(row[1]) for row in rows(section(sheet(stem), "Steps"))}
+
+
+def total(stem):
+    return int(re.search(r"\*\*Total: (\d+) minutes\*\*", sheet(stem))[1])
+
+
+def named(text):
+    """Numbers of the exercises that a text names: ``exercise 2``, ``exercise 1 to exercise 5``."""
+    found = {int(k) for k in re.findall(r"[Ee]xercise (\d+)", text)}
+    for first, last in re.findall(r"[Ee]xercise (\d+) to exercise (\d+)", text):
+        found |= set(range(int(first), int(last) + 1))
+    return found
+
+
+def exercise_minutes(stem):
+    """Minutes of each exercise as its task says them."""
+    cells = {cell.id: cell.source for cell in notebook(stem).cells}
+    found = {}
+    for exercise in paper.exercises(notebook(stem)):
+        number = int(re.search(r"-ex(\d+)-", exercise.task)[1])
+        found[number] = int(re.search(r"\((\d+) min\)", cells[exercise.task])[1])
+    return found
+
+
+def printed(cell):
+    """All text that a cell's stored outputs show."""
+    outputs = [o.get("text") or o.get("data", {}) for o in cell.outputs]
+    return "\n".join(
+        o if isinstance(o, str) else "\n".join(v for k, v in o.items() if k.startswith("text/"))
+        for o in outputs
+    )
+
+
+@pytest.fixture(params=SERIES)
+def stem(request):
+    return request.param
+
+
+def test_every_notebook_has_a_sheet_and_every_sheet_a_notebook():
+    assert sorted(path.stem for path in LABS.glob("*.md") if path.stem != "README") == SERIES
+
+
+def test_sheet_has_all_parts(stem):
+    text = sheet(stem)
+    assert re.findall(r"^## (.+)$", text, re.M) == list(HEADINGS)
+    assert all(len(section(text, heading).strip()) > 60 for heading in HEADINGS)
+    question = section(text, "Pre-lab question")
+    assert "> " in question and "A good answer mentions:" in question
+
+
+def test_minutes_sum_to_the_total_and_fill_a_session(stem):
+    steps = minutes(stem)
+    assert list(steps) == list(range(1, len(steps) + 1))
+    assert sum(steps.values()) == total(stem)
+    together = [s for s in SERIES if s[:2] in ("00", "01")]
+    session = together if stem in together else [stem]
+    assert 90 <= sum(map(total, session)) <= 110
+
+
+def test_exercises_exist_have_time_and_none_is_forgotten(stem):
+    known = exercise_minutes(stem)
+    assert named(sheet(stem)) == set(known)
+    in_class = set()
+    for step in rows(section(sheet(stem), "Steps")):
+        exercises = named(step[3])
+        in_class |= exercises
+        assert sum(known[k] for k in exercises) <= int(step[1]), f"step {step[0]}: too short"
+    at_home = re.search(r"^At home: (.+)$", section(sheet(stem), "Steps"), re.M)
+    at_home = named(at_home[1]) if at_home else set()
+    assert in_class | at_home == set(known) and not in_class & at_home
+
+
+def test_steps_and_checkpoints_name_what_is_there(stem):
+    text = "\n".join(cell.source for cell in notebook(stem).cells if cell.cell_type == "markdown")
+    headings = re.findall(r"^#+ (.+)$", text, re.M)
+    for step in rows(section(sheet(stem), "Steps")):
+        if step[2] == "pre-lab question":
+            continue
+        for place in step[2].split(", "):
+            start = re.compile(rf"{re.escape(place)}(?![\d.]*\d)")
+            assert any(map(start.match, headings)), f"no section {place!r}"
+    after = {int(row[0].removeprefix("step ")) for row in rows(section(sheet(stem), "Checkpoints"))}
+    assert len(after) >= 2 and after <= set(minutes(stem))
+
+
+def test_expected_pictures_are_stored(stem):
+    cells = {cell.id: cell for cell in notebook(stem).cells}
+    for name, picture, _ in rows(section(sheet(stem), "Expected pictures")):
+        outputs = cells[name.strip("`")].outputs
+        assert any("image/png" in o.get("data", {}) for o in outputs), f"{name}: no picture"
+        for number in re.findall(r"Fig (\d+)", picture):
+            assert f"Fig {number}." in printed(cells[name.strip("`")]), f"{name}: not Fig {number}"
+
+
+def test_pictures_of_the_paper_are_all_on_the_sheet(stem):
+    figures = set()
+    for cell in notebook(stem).cells:
+        if cell.cell_type == "code":
+            figures |= set(re.findall(r"\*\*(Fig \d+)\.\*\*", printed(cell)))
+    assert figures <= set(re.findall(r"Fig \d+", section(sheet(stem), "Expected pictures")))
+
+
+def test_quotations_and_cells_exist(stem):
+    """Every `cell-id` is a cell; what a sheet says a cell prints is in its stored output."""
+    cells = {cell.id: cell for cell in notebook(stem).cells}
+    text = sheet(stem)
+    unit = stem.split("_")[0]
+    for name in re.findall(rf"`({unit}-[a-z0-9-]+)`", text):
+        assert name in cells
+    for name, quotation in re.findall(r"`([\w-]+)` prints `([^`]+)`", text):
+        assert quotation in printed(cells[name]), f"{name} does not print {quotation!r}"
+
+
+@pytest.mark.parametrize("path", sorted(LABS.glob("*.md")), ids=lambda path: path.stem)
+def test_links_lead_somewhere(path):
+    targets = re.findall(r"\]\(([^)#\s]+)\)", path.read_text(encoding="utf-8"))
+    assert targets
+    assert all((LABS / target).exists() for target in targets)
+
+
+# ---- The course map
+
+
+def test_course_map_names_every_notebook_with_its_sheet_and_minutes():
+    entries = rows(section(sheet("README"), "Course map"))
+    linked = [re.search(r"\.\./(\w+)\.ipynb", row[0])[1] for row in entries]
+    assert sorted(linked) == sorted(path.stem for path in FOLDER.glob("*.ipynb"))
+    known = {stem.split("_")[0] for stem in SERIES}
+    met = set()
+    for stem, row in zip(linked, entries):
+        needs = set() if row[2] == "nothing" else set(row[2].split(", "))
+        assert needs <= known & met, f"{stem} needs {needs - met}, which comes later"
+        met.add(stem.split("_")[0])
+        if stem in SERIES:
+            assert f"]({stem}.md)" in row[1] and int(row[3]) == total(stem)
+
+
+def test_sheets_need_what_the_map_says():
+    for row in rows(section(sheet("README"), "Course map")):
+        stem = re.search(r"\.\./(\w+)\.ipynb", row[0])[1]
+        if stem in SERIES and row[2] != "nothing":
+            needs = re.search(r"Needs:(.+?)(?:; [^\[]+)?\*\*Total", sheet(stem), re.S)[1]
+            linked = {name.split("_")[0] for name in re.findall(r"\.\./(\w+)\.ipynb", needs)}
+            assert set(row[2].split(", ")) <= linked
+
+
+def test_paths_add_up_and_fit_their_sessions():
+    paths = rows(section(sheet("README"), "Paths"))
+    stems = {stem.split("_")[0]: stem for stem in SERIES}
+    met = []
+    for row in paths:
+        parts = re.findall(r"(\w+) steps (\d+)-(\d+)", row[1])
+        spent = 0
+        for unit, first, last in parts:
+            steps = minutes(stems[unit])
+            assert int(last) <= len(steps)
+            spent += sum(steps[k] for k in range(int(first), int(last) + 1))
+        assert parts and spent == int(row[2]), f"session {row[0]}: {spent} minutes"
+        assert 90 <= spent <= 110
+        met.append({unit for unit, _, _ in parts})
+    assert [row[0] for row in paths] == [*"12", *"1234", *"12345678"]
+    assert set().union(*met[6:]) == set(stems)  # the full term leaves nothing out
+
+
+def test_homework_named_exists():
+    found = {
+        int(number[0])
+        for path in (FOLDER / "homework").glob("*.ipynb")
+        if (number := re.findall(r"\d+", path.stem))
+    }
+    missing = {int(k) for k in re.findall(r"homework (\d)", sheet("README"))} - found
+    if not found:
+        pytest.skip("no homework notebooks here")
+    assert not missing
+
+
+def test_commands_are_those_of_the_package(capsys):
+    commands = re.findall(r"^    python -m pendlab (\w+)(.*)$", sheet("README"), re.M)
+    assert {name for name, _ in commands} == {"student", "teacher", "handout", "mark", "bundle"}
+    for name, arguments in commands:
+        with pytest.raises(SystemExit) as stopped:
+            main([name, *arguments.split(), "--help"])
+        assert stopped.value.code == 0
+        known = capsys.readouterr().out
+        assert all(option in known for option in re.findall(r"--\w+", arguments))
+    mentioned = set(re.findall(r"`(--\w+)", sheet("README")))
+    assert mentioned == {"--pdf", "--solutions", "--leaderboard"}
