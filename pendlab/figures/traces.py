@@ -63,7 +63,9 @@ def draw_traces(ax, run, panel, window=None, frame=None):
 
     update(run)
     if len(lines) > 1:
-        ax.legend(loc="upper right", ncols=len(lines), handlelength=1.6, columnspacing=1.0)
+        # Above the frame, beside a title at the left, where it hides no trace.
+        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.1, ncols=len(lines),
+                  handlelength=1.6, columnspacing=1.0, frameon=False)  # fmt: skip
     return update
 
 
@@ -79,7 +81,7 @@ def compare(runs, panel="a", window=None, frame=None):
     """
     if not runs or not all(isinstance(run, Run) for run in runs.values()):
         raise TypeError(f"runs: expected a dict of names and runs of pl.simulate, {found(runs)}.")
-    fig = new_figure(9, 0.7 + 1.15 * len(runs))
+    fig = new_figure(9, max(2.4, 0.7 + 1.15 * len(runs)))
     axes = np.atleast_1d(fig.subplots(len(runs), 1, sharex=True, sharey=True))
     for ax, (name, run) in zip(axes, runs.items()):
         draw_traces(ax, run, panel, window, frame)
