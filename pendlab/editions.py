@@ -9,6 +9,7 @@ nbgrader can take the notebooks as they are.
 """
 
 import copy
+import re
 import sys
 from pathlib import Path
 
@@ -157,9 +158,13 @@ def _notes(exercise):
 
 
 def lab_sheet(path):
-    """Text of ``labs/<the notebook's name>.md`` beside a notebook, or None."""
+    """Text of ``labs/<the notebook's name>.md`` as a part of that notebook, or None."""
     sheet = path.parent / "labs" / f"{path.stem}.md"
-    return sheet.read_text(encoding="utf-8") if sheet.exists() else None
+    if not sheet.exists():
+        return None
+    text = re.sub(r"^#", "###", sheet.read_text(encoding="utf-8"), flags=re.M)
+    # Read in the notebook's folder now, where the other notebooks are but not labs/.
+    return text.replace("[course map](README.md)", "course map").replace("](../", "](")
 
 
 def expand(paths):
