@@ -117,17 +117,41 @@ def test_structured_of_uncoupled_loops_is_the_nearest_of_the_two():
 
 def test_bad_input():
     rig = pl.load("triple")
-    with pytest.raises(TypeError, match="rig: expected a pl.Pendulum"):
+    with pytest.raises(TypeError, match=r"rig: expected a pl\.Pendulum"):
         pl.with_torques(pl.linearize(rig), "triple")
     with pytest.raises(ValueError, match="plant: expected the continuous model"):
         pl.with_torques(pl.sample(pl.linearize(rig)), rig)
-    with pytest.raises(TypeError, match="design: expected a pl.Design"):
+    with pytest.raises(TypeError, match=r"design: expected a pl\.Design"):
         pl.closed_loop(rig)
     with pytest.raises(ValueError, match="must be stable"):
         pl.rms(pl.sample(pl.linearize(rig)))
-    with pytest.raises(ValueError, match="use pl.sample"):
+    with pytest.raises(ValueError, match=r"use pl\.sample"):
         pl.peak_gain(pl.linearize(rig))
     with pytest.raises(ValueError, match="deviations"):
         pl.rms(pl.closed_loop(BOTH), [1.0, 2.0])
     with pytest.raises(ValueError, match="expected two inputs"):
         pl.structured_margin(PAPER["double"].filtered_loop)
+
+
+def test_figures_move_to_other_designs():
+    first, second = {"a": PAPER["triple"]}, {"a": BOTH}
+    from pendlab.figures.transmission import gain_region_figure, transmission_figure
+
+    for make, options in ((transmission_figure, {"points": 40}), (gain_region_figure, {"points": 9})):
+        fig, other = make(first, **options), make(second, **options)
+        caption = fig.caption
+        fig.update(second)
+        assert fig.caption == other.caption != caption
+        assert fig.alt
+        with pytest.raises(TypeError, match="designs"):
+            make(BOTH)
+
+
+def test_gain_region_agrees_with_the_margins_of_one_input():
+    from pendlab.figures.transmission import largest_eigenvalue
+
+    loop = PAPER["triple"].filtered_loop
+    limit = pl.margins(pl.broken_at(loop, 1)).gain_up
+    for factor, stable in ((0.999 * limit, True), (1.001 * limit, False)):
+        table = largest_eigenvalue(loop, np.array([1.0, factor]))
+        assert (table[1, 0] < 1) == stable  # rows: input 2, columns: input 1
