@@ -54,6 +54,7 @@ _CONTENTS = {
     "figures": ("figure", "show", "save", "new_figure"),
     "checks": ("check", "Verdict"),
     "own_rig": ("my_rig",),
+    "contests": ("contest", "Score", "write_leaderboard"),
     "findings": ("doctor",),
     "controls": ("Slider", "Switch", "Choice"),
     "panel": ("Panel", "View"),
