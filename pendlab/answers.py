@@ -24,13 +24,15 @@ def encode(value, keep):
         return _bare(value)
     if isinstance(value, complex):
         return {"complex": [value.real, value.imag]}
+    if _is_named_tuple(value) and type(value).__module__ == "__main__":
+        return {"remote": keep(value)}  # as a plain tuple it would have lost its names
     for kind in (list, tuple, set):
-        if isinstance(value, kind):
+        if isinstance(value, kind) and not _is_made_here(value):
             return {kind.__name__: [encode(item, keep) for item in value]}
     if isinstance(value, dict):
         return {"dict": [[encode(k, keep), encode(v, keep)] for k, v in value.items()]}
     if _is_made_here(value):
-        content = {f.name: encode(getattr(value, f.name), keep) for f in fields(value) if f.init}
+        content = {name: encode(getattr(value, name), keep) for name in _field_names(value)}
         return {"made": type(value).__name__, "fields": content}
     if "control" in sys.modules and isinstance(value, sys.modules["control"].StateSpace):
         return _encode_system(value, keep)
@@ -111,12 +113,23 @@ def _decode_array(data, remote):
 
 def _is_made_here(value):
     kind = type(value)
-    return is_dataclass(kind) and kind.__name__ in pl.__all__ and kind.__module__[:8] == "pendlab."
+    known = is_dataclass(kind) or _is_named_tuple(value)
+    return known and kind.__name__ in pl.__all__ and kind.__module__[:8] == "pendlab."
+
+
+def _is_named_tuple(value):
+    return isinstance(value, tuple) and hasattr(type(value), "_fields")
+
+
+def _field_names(value):
+    if _is_named_tuple(value):
+        return value._fields
+    return [field.name for field in fields(value) if field.init]
 
 
 def _public_dataclass(name):
     kind = getattr(pl, name) if name in pl.__all__ else None
-    if not (isinstance(kind, type) and is_dataclass(kind)):
+    if not (isinstance(kind, type) and (is_dataclass(kind) or hasattr(kind, "_fields"))):
         raise ValueError(f"not one of the package's dataclasses: {name!r}")
     return kind
 
