@@ -1,6 +1,6 @@
 """The whole way from a rig and its weights to a controller, as one value that can be changed."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from .controllers import controller
@@ -27,7 +27,8 @@ class Design:
     dt : sampling time, s
     tracked : index of the output with an integrator, or a tuple of them
 
-    ``dataclasses.replace(design, kp=5.0)`` gives the design with one choice changed.
+    ``dataclasses.replace(design, kp=5.0)`` gives the design with one choice changed;
+    ``design.changed(kp=5.0)`` gives the same and keeps what does not depend on the change.
     """
 
     rig: Pendulum
@@ -38,6 +39,14 @@ class Design:
     coefficients: tuple | None = None
     dt: float = 0.01
     tracked: int | tuple = 1
+
+    def changed(self, **choices):
+        """The design with other choices; computed values that do not depend on them go along."""
+        new = replace(self, **choices)
+        for name, needs in NEEDS.items():
+            if name in self.__dict__ and not needs & choices.keys():
+                new.__dict__[name] = self.__dict__[name]
+        return new
 
     @cached_property
     def plant(self):
@@ -104,3 +113,15 @@ class Design:
         """The loop broken at one input with all the others closed."""
         loop = self.filtered_loop if filters else self.nominal_loop
         return loop if loop.ninputs == 1 else broken_at(loop, index)
+
+
+# Computed value -> the choices that it follows from, for `Design.changed`.
+NEEDS = {
+    "plant": {"rig"},
+    "model": {"rig", "dt"},
+    "filtered": {"rig", "dt"},
+    "augmented": {"rig", "dt", "kp", "tracked"},
+    "F": {"rig", "dt", "kp", "tracked", "Q", "R"},
+    "family": {"rig", "dt", "E"},
+    "observer": {"rig", "dt", "E", "coefficients"},
+}

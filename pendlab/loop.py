@@ -56,9 +56,11 @@ def prepared(system):
         X = np.empty((n, m * len(z)), dtype=complex)
         difference = np.tile(z, m) - np.diag(triangle)[:, None]
         for i in reversed(range(n)):
-            right = np.repeat(B[i], len(z)) + triangle[i, i + 1 :] @ X[i + 1 :]
+            # Not @: BLAS would start its threads for a sum that takes microseconds, and on a busy
+            # machine they wait for each other hundreds of times longer than that.
+            right = np.repeat(B[i], len(z)) + np.einsum("j,jk", triangle[i, i + 1 :], X[i + 1 :])
             X[i] = right / difference[i]
-        return np.moveaxis((C @ X).reshape(len(C), m, len(z)), -1, 0) + system.D
+        return np.moveaxis(np.einsum("ij,jk", C, X).reshape(len(C), m, len(z)), -1, 0) + system.D
 
     return at
 

@@ -194,7 +194,7 @@ class Panel:
                 step=None,
                 description=control.label,
                 style=style,
-                layout=_layout(width=f"{7 * len(control.label) + 92}px", flex="0 0 auto"),
+                layout=_layout(width=f"{6.4 * len(control.label) + 76:.0f}px", flex="0 0 auto"),
             )
             self._sliders[control.name] = self._slider(control, continuous)
             parts = [field, self._sliders[control.name]]

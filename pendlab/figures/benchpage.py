@@ -12,14 +12,15 @@ STEPS = (1, 2, 5)  # frames end at these times a power of ten, so that they seld
 @styled()
 def bench_page(run, window):
     """Traces of a run within `window` (s); ``fig.update(run, window)``, artists in ``fig.moving``."""
-    fig = new_figure(7.6, 3.9, layout=None)
+    fig = new_figure(6.2, 3.9, layout=None)
     panels = list(signals(run))
-    grid = fig.add_gridspec(2, 2, left=0.075, right=0.985, top=0.93, bottom=0.115, hspace=0.45)
+    grid = fig.add_gridspec(2, 2, left=0.085, right=0.985, top=0.93, bottom=0.175, hspace=0.45)
     axes = [fig.add_subplot(place) for place in (grid[0, 0], grid[0, 1], grid[1, 0], grid[1, 1])]
     if len(panels) == 3:
         axes.pop().remove()
         axes[2].set_subplotspec(grid[1, :])
     moves = [draw_traces(ax, run, panel, window) for ax, panel in zip(axes, panels)]
+    axes[0].get_legend().remove()
     (wanted,) = axes[0].plot([], [], **look("reference"))
     for ax in axes:
         ax.set_title(ax.get_ylabel(), fontsize=10, loc="left")
@@ -29,7 +30,7 @@ def bench_page(run, window):
         ax.set_xlabel("time, s", fontsize=10)
     for ax in axes[:2]:
         ax.set_xlabel("")
-    axes[0].legend(loc="upper right", ncols=4, handlelength=1.2, columnspacing=0.8, fontsize=9)
+    fig.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=6, fontsize=9)
 
     def update(run, window):
         moved = [wanted]

@@ -230,7 +230,7 @@ def draw_sigma_min(ax, curves, looks, frame=None, listed=True):
     ----------
     ax : axes; curves : sequence of `SmallestSingularValue`; looks : one ``look(...)`` for each
     frame : ((lowest, highest) Hz, (lowest, highest) dB)
-    listed : whether a legend tells the lowest points
+    listed : whether words tell the lowest points and the Nyquist frequency
 
     Returns
     -------
@@ -253,7 +253,7 @@ def draw_sigma_min(ax, curves, looks, frame=None, listed=True):
     def update(curves):
         top = curves[0].omega[-1] / HZ
         end.set_xdata([top, top])
-        note.set(x=0.96 * top, text=f" Nyquist frequency {top:g} Hz")
+        note.set(x=0.96 * top, text=f" Nyquist frequency {top:g} Hz" if listed else "")
         for i, data in enumerate(curves):
             hz, dB = data.lowest_omega / HZ, decibels(data.lowest)
             lines[i].set_data(data.omega / HZ, decibels(data.sigma))

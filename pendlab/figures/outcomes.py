@@ -6,16 +6,16 @@ from .style import angle_name
 
 
 def margins_in_words(curve):
-    """Stability and margins of a `Nyquist` curve of one loop, or distance of det(I + L) from 0."""
+    """Stability, margins and distance from the critical point of a `Nyquist` curve, in short."""
     if not curve.count.stable:
         count = curve.count.unstable_closed
         return f"UNSTABLE, {count} eigenvalue{'s' * (count != 1)} outside the unit circle"
-    near = f"distance {curve.distance:.3g} from {curve.critical:g}"
+    near = f"distance {curve.distance:.3g}"
     if curve.margins is None:
         return f"stable, {near}"
     m = curve.margins
     up = f"{m.gain_up:.3g}" if np.isfinite(m.gain_up) else "any factor"
-    return f"stable, gain times {m.gain_down:.2g} to {up}, phase {np.degrees(m.phase):.1f}°, {near}"
+    return f"stable, gain ×{m.gain_down:.2g} to ×{up}, phase {np.degrees(m.phase):.1f}°, {near}"
 
 
 def loops_in_words(name, curves):

@@ -18,6 +18,7 @@ from .steps import draw_step, step_response, step_words
 from .style import describe, freeze_layout, look, new_figure, styled
 from .traces import draw_traces
 
+PAGE = 9.1  # inch: sharp beside the file browser on a screen of 1366 px
 POINTS = 1500  # on each Nyquist curve
 LOOKS = [look("nominal", label="without filters"), look("filters")]
 UNIT_DISK = (-0.2, 1.2), (-0.7, 0.7)  # frame of eigenvalues
@@ -147,7 +148,7 @@ def triple_page(design, simulate):
             simulate(design),
         )
 
-    fig = new_figure(10.4, 4.9)
+    fig = new_figure(PAGE, 4.1)
     grid = fig.add_gridspec(2, 4, height_ratios=(1.25, 1))
     near = [fig.add_subplot(grid[0, k]) for k in range(4)]
     angles, volts = fig.add_subplot(grid[1, :2]), fig.add_subplot(grid[1, 2:])
@@ -198,7 +199,7 @@ def _pairs(design):
 
 
 def _row(count):
-    fig = new_figure(10.4 if count > 2 else 8.4, 3.3 if count == 4 else 3.8)
+    fig = new_figure(PAGE if count > 2 else 8.0, 2.95 if count == 4 else 3.5)
     axes = fig.subplots(1, count)
     for ax in axes:
         ax.set_box_aspect(1)

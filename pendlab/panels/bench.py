@@ -43,7 +43,7 @@ def bench_panel(name="triple"):
         inside = (t >= last["window"][0]) & (t <= last["window"][1])
         if inside.sum() < 2:
             inside = slice(-2, None)
-        return animate_svg(rig, t[inside], last["run"].angles[inside], width=320, height=380)
+        return animate_svg(rig, t[inside], last["run"].angles[inside], width=280, height=370)
 
     start = {c.name: c.value for group in controls.values() for c in group}
     fig = bench_page(run(start), start["window"])
@@ -84,18 +84,23 @@ def bench_controls(rig, windows):
         for j, value in enumerate(on.each(name, m))
     ]
     return {
-        "Reference and push": [
+        "Reference, push": [
             Slider("reference", "reference, rad", -0.3, 0.3, 0.0, step=0.01),
-            Slider("start", "start by hand, times", -3, 3, 1.0, step=0.1),
+            Slider("start", "start, times", -3, 3, 1.0, step=0.1),
             Choice("window", "time shown", windows, next(iter(windows.values()))),
             Choice("link", "push on link", {str(i): i for i in range(1, n + 1)}, n),
             Slider("height", "push, N m", -2, 2, 0.0, step=0.01),
             Slider("at", "push at, s", 0, 36, 3.0, step=0.5),
             Slider("length", "push lasts, s", 0.01, 2, 0.1, log=True),
         ],
-        "Filters, converters, sensors": [
+        "Signals": [
             Switch("filters", "filters", on.filters),
             Switch("saturation", "voltage limits", on.saturation),
+            Switch("offset_on", "sensor offsets", bool(np.any(offsets))),
+            *[
+                Slider(f"offset{i + 1}", f"offset of {output}", -0.05, 0.05, float(value), step=1e-3)
+                for i, (output, value) in enumerate(zip(outputs, offsets))
+            ],
             Switch("delay_on", "computation delay", on.delay > 0),
             Slider("delay", "delay, ms", 0, 12, 1e3 * on.delay, step=0.1),
             Switch("resolution_on", "A/D converter", bool(np.any(steps))),
@@ -105,13 +110,8 @@ def bench_controls(rig, windows):
             Switch("noise_on", "noise", bool(np.any(noise))),
             Slider("noise", "noise, rad", 1e-5, 0.1, _3(noise[0]) or 1e-3, log=True),
             Slider("rate_noise", "noise, rad/s", 1e-4, 1, _3(noise[-1]) or 1e-2, log=True),
-            Switch("offset_on", "sensor offsets", bool(np.any(offsets))),
-            *[
-                Slider(f"offset{i + 1}", f"offset of {output}", -0.05, 0.05, float(value), step=1e-3)
-                for i, (output, value) in enumerate(zip(outputs, offsets))
-            ],
         ],
-        "Friction and backlash": [
+        "Friction, gaps": [
             Switch("hinge_on", "dry friction, hinges", bool(np.any(on.hinge_friction))),
             Slider("hinge", "of each hinge, N m", 1e-4, 1,
                    _3(np.max(on.hinge_friction)) or 1e-2, log=True),

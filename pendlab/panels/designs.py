@@ -1,7 +1,5 @@
 """Widgets of the design: k_p, Q and R, E with the choice in the null space, all in one."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from ..controls import Slider
@@ -15,7 +13,8 @@ from ..simulation import simulate
 PAPER = "Paper's values"
 LOOPS = (
     "Black: loop gain without filters, dashed: with them. The cross is -1; ▼ marks where a curve "
-    "meets the real axis, ● where it meets the unit circle. Near -1 is near instability."
+    "meets the real axis, ● where it meets the unit circle. In words: the factors that the gain "
+    "bears, the phase that it bears, and the smallest distance from -1, where instability begins."
 )
 
 
@@ -26,7 +25,7 @@ def kp_panel():
     return Panel(
         "The spring k_p of the triple's upper motor",
         [_kp_slider(design)],
-        View(fig, lambda k_p: fig.update(replace(design, kp=k_p)).caption, fig.moving),
+        View(fig, lambda k_p: fig.update(design.changed(kp=k_p)).caption, fig.moving),
         legend=(
             "k_p: voltage of motor 2 per radian between links 2 and 3, equation (18).",
             "Left: eigenvalues of the sampled model with this spring alone, on their branches.",
@@ -42,7 +41,7 @@ def weights_panel(name="double"):
     fig = weights_page(design)
 
     def update(**values):
-        return fig.update(replace(design, **_weights(values, design))).caption
+        return fig.update(design.changed(**_weights(values, design))).caption
 
     return Panel(
         f"Weights Q and R of the {name}",
@@ -109,7 +108,7 @@ def triple_panel():
     fig = triple_page(design, run)
 
     def update(k_p, alpha, beta, **values):
-        changed = replace(design, kp=k_p, **_weights(values, design))
+        changed = design.changed(kp=k_p, **_weights(values, design))
         return fig.update(near_printed(changed, (alpha, beta))).caption
 
     weights = _weight_values(design)
@@ -140,7 +139,7 @@ def near_printed(design, E, coefficients=None):
     Rows of [T K] decouple for a diagonal E, and their length is free. `coefficients` turns each
     row's direction in its plane by that many degrees.
     """
-    design = replace(design, E=E)
+    design = design.changed(E=E)
     printed = paper_design("triple").observer
     rows = np.hstack([printed.T, printed.K])
     n, angles = printed.T.shape[1], np.radians((0, 0) if coefficients is None else coefficients)
@@ -150,7 +149,7 @@ def near_printed(design, E, coefficients=None):
         across = second - (second @ first) / (first @ first) * first
         across = across * np.linalg.norm(first) / np.linalg.norm(across)
         c += np.cos(angle) * first + np.sin(angle) * across
-    return replace(design, coefficients=tuple(c))
+    return design.changed(coefficients=tuple(c))
 
 
 def _in_row(family, i, row, n):
@@ -162,11 +161,11 @@ def _in_row(family, i, row, n):
 
 def between_printed(design, E, beta1, beta2):
     """`design` with the double's E and (26): beta1, beta2 of the members nearest to (24), (25)."""
-    design = replace(design, E=(E,))
+    design = design.changed(E=(E,))
     first, second = (paper_design("double", k).observer for k in (1, 2))
     c = beta1 * design.family.project(first.T, first.K)
     c = c + beta2 * design.family.project(second.T, second.K)
-    return replace(design, coefficients=tuple(c))
+    return design.changed(coefficients=tuple(c))
 
 
 CHOOSE = {
@@ -191,13 +190,14 @@ def _weight_values(design):
 
 def _weight_sliders(design):
     n = design.rig.n_links
-    rates = ["rate of θ1"] + [f"rate of {angle_in_words(i)}" for i in range(2, n + 1)]
-    states = [(angle_in_words(i), "1/rad²") for i in range(1, n + 1)]
-    states += [(rate, "s²/rad²") for rate in rates] + [("w", "1/(rad s)²")]
+    angles = [angle_in_words(i) for i in range(1, n + 1)]
+    labels = [f"{angle}, 1/rad²" for angle in angles]
+    labels += [f"rate of {angle}, s²/rad²" for angle in angles]
+    labels += ["weight of w, 1/(rad s)²"]
     return [
-        Slider(f"Q{k + 1}", f"weight of {state}, {unit}", 1e-4, 1e4, q, log=True, zero=True)
-        for k, ((state, unit), q) in enumerate(zip(states, design.Q, strict=True))
-    ] + [Slider("R", "R: weight of u1, 1/V²", 1e-3, 1e3, design.R[0], log=True)]
+        Slider(f"Q{k + 1}", label, 1e-4, 1e4, weight, log=True, zero=True)
+        for k, (label, weight) in enumerate(zip(labels, design.Q, strict=True))
+    ] + [Slider("R", "R of u1, 1/V²", 1e-3, 1e3, design.R[0], log=True)]
 
 
 def _kp_slider(design):

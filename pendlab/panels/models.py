@@ -4,6 +4,7 @@ from dataclasses import replace
 
 from ..controls import Slider
 from ..figures.bar import bar_study, bars, in_words
+from ..figures.pages import PAGE
 from ..figures.sampling import sampling_page
 from ..figures.style import freeze_layout
 from ..panel import Panel, View
@@ -18,7 +19,9 @@ def bar_panel(name="double", study=None):
     `study` is a `BarStudy` made before; by default that of the rig `name` is made.
     """
     study = bar_study(load(name)) if study is None else study
-    fig = freeze_layout(bars(study))
+    fig = bars(study)
+    fig.set_size_inches(PAGE, 3.6)
+    freeze_layout(fig)
     names = [f"bar{i + 1}" for i in range(study.rig.n_links)]
     moving = fig.update_bars([0.0] * len(names))
 
@@ -88,6 +91,6 @@ def sampled_design(design, dt, input_hz, output_hz):
     filters = design.rig.filters
     filters = Filters((input_hz,) * len(filters.input_hz), (output_hz,) * len(filters.output_hz))
     E = tuple(e ** (dt / design.dt) for e in design.E)
-    changed = replace(design, rig=replace(design.rig, filters=filters), dt=dt, E=E)
+    changed = design.changed(rig=replace(design.rig, filters=filters), dt=dt, E=E)
     coefficients = changed.family.project(design.observer.T, design.observer.K)
-    return replace(changed, coefficients=tuple(coefficients))
+    return changed.changed(coefficients=tuple(coefficients))
