@@ -50,7 +50,10 @@ def exercise_2(answer, rig=None):
             (delay(1, False), "That is the loop without filters; the finished rig has them."),
             (delay(0, True), "That is input 1; the delay sits before motor 2."),
             (m.phase, "That is the phase margin in rad; at which frequency, and so what time?"),
-            (np.degrees(m.phase) / m.phase_omega, "The phase margin must be in rad: tau = phi/omega."),
+            (
+                np.degrees(m.phase) / m.phase_omega,
+                "The phase margin must be in rad: tau = phi/omega.",
+            ),
         ],
         tolerance=5e-3,
     )
