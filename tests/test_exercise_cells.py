@@ -76,3 +76,12 @@ def test_title_tells_the_minutes_of_the_exercises(notebook):
         assert int(of_which[1]) == total
     else:
         assert re.search(r"\d+ minutes", title)
+
+
+def test_start_page_tells_the_minutes_of_every_notebook():
+    text = "\n".join(c["source"] for c in paper.read(NOTEBOOKS["00_start_here"])["cells"])
+    rows = re.findall(r"^\| \[[^]]+\]\((\w+)\.ipynb\) \|.*\| (\d+) \|$", text, re.M)
+    assert len(rows) >= 8
+    for stem, minutes in rows:
+        title = paper.read(NOTEBOOKS[stem])["cells"][0]["source"]
+        assert re.search(r"(\d+) minutes", title)[1] == minutes, stem
