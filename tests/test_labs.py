@@ -13,7 +13,9 @@ from pendlab.editions import lab_sheet
 
 FOLDER = ROOT / "notebooks"
 LABS = FOLDER / "labs"
-SERIES = sorted(path.stem for path in FOLDER.glob("*.ipynb") if re.match(r"(\d\d|[A-Z])_", path.stem))
+SERIES = sorted(
+    path.stem for path in FOLDER.glob("*.ipynb") if re.match(r"(\d\d|[A-Z])_", path.stem)
+)
 HEADINGS = (
     "Pre-lab question",
     "Steps",
