@@ -44,7 +44,9 @@ def wrong_design(design, rig, any_filters=False):
             f"{type(design).__name__}."
         )
     rig = own_rig(rig)
-    theirs = replace(design.rig, filters=rig.filters) if any_filters else design.rig
+    theirs = design.rig
+    if any_filters and theirs.n_motors == rig.n_motors:
+        theirs = replace(theirs, filters=rig.filters)
     if theirs != rig:
         changed = "links, motors and limits" if any_filters else "links, motors, limits and filters"
         return f"This design belongs to another rig: {changed} must stay those of your own."
