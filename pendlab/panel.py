@@ -79,7 +79,7 @@ class Panel:
             layout=_layout(width=f"{width}px", max_width="100%", align_self="flex-start"),
         )
         self._beside, self._words = widgets.HTML(), widgets.HTML()
-        self._progress = widgets.IntProgress(layout=_layout(visibility="hidden", width="160px"))
+        self._progress = widgets.IntProgress(layout=_layout(display="none", width="160px"))
         buttons = [self._button(name, self._preset) for name in self.presets]
         buttons += [self._button(name, self._act) for name in self.actions]
         self._widget = widgets.VBox(
@@ -87,7 +87,7 @@ class Panel:
                 widgets.HTML(f"<b>{escape(title)}</b>"),
                 self._arranged(groups, continuous),
                 widgets.HBox(
-                    [*buttons, *([self._progress] if self.actions else [])],
+                    [*buttons, self._progress],
                     layout=_layout(flex_flow="row wrap"),
                 ),
                 widgets.HBox([self._image, self._beside], layout=_layout(align_items="flex-start")),
@@ -140,13 +140,13 @@ class Panel:
             raise ValueError(
                 f"name: expected one of {', '.join(self.actions) or 'no'} actions, {found(name)}."
             )
-        self._progress.layout.visibility = "visible"
+        self._progress.layout.display = "flex"
         try:
             sentence = self.actions[name](self.values, self._show_progress)
         except _CANNOT as problem:
             sentence = f"{name}: {problem}"
         finally:
-            self._progress.layout.visibility = "hidden"
+            self._progress.layout.display = "none"
         self._say(f"{self.caption}\n{sentence}")
         return self.caption
 
@@ -194,7 +194,7 @@ class Panel:
                 step=None,
                 description=control.label,
                 style=style,
-                layout=_layout(width=f"{6.4 * len(control.label) + 76:.0f}px", flex="0 0 auto"),
+                layout=_layout(width=f"{6.4 * len(control.label) + 88:.0f}px", flex="0 0 auto"),
             )
             self._sliders[control.name] = self._slider(control, continuous)
             parts = [field, self._sliders[control.name]]
@@ -222,9 +222,13 @@ class Panel:
         return button
 
     def _slid(self, name, change):
-        if not self._quiet:
+        control, position = self.controls[name], change["new"]
+        # The browser puts a slider onto its nearest step when it appears; that is not a move, and
+        # must not change a value such as 3 that lies between two steps.
+        apart = abs(position - control.position_of(self._fields[name].value))
+        if not self._quiet and apart > 0.51 * control.span[2]:
             with self._silence():
-                self._fields[name].value = self.controls[name].value_at(change["new"])
+                self._fields[name].value = control.value_at(position)
             self._redraw()
 
     def _typed(self, name, _):

@@ -14,7 +14,9 @@ def bench_page(run, window):
     """Traces of a run within `window` (s); ``fig.update(run, window)``, artists in ``fig.moving``."""
     fig = new_figure(6.2, 3.9, layout=None)
     panels = list(signals(run))
-    grid = fig.add_gridspec(2, 2, left=0.085, right=0.985, top=0.93, bottom=0.175, hspace=0.45)
+    grid = fig.add_gridspec(
+        2, 2, left=0.085, right=0.985, top=0.93, bottom=0.19, wspace=0.24, hspace=0.45
+    )
     axes = [fig.add_subplot(place) for place in (grid[0, 0], grid[0, 1], grid[1, 0], grid[1, 1])]
     if len(panels) == 3:
         axes.pop().remove()
@@ -30,7 +32,9 @@ def bench_page(run, window):
         ax.set_xlabel("time, s", fontsize=10)
     for ax in axes[:2]:
         ax.set_xlabel("")
-    fig.legend(*axes[0].get_legend_handles_labels(), loc="lower center", ncols=6, fontsize=9)
+    fig.legend(
+        *axes[0].get_legend_handles_labels(), loc="lower center", borderpad=0, ncols=6, fontsize=9
+    )
 
     def update(run, window):
         moved = [wanted]

@@ -14,14 +14,14 @@ def margins_in_words(curve):
     if curve.margins is None:
         return f"stable, {near}"
     m = curve.margins
-    up = f"{m.gain_up:.3g}" if np.isfinite(m.gain_up) else "any factor"
-    return f"stable, gain ×{m.gain_down:.2g} to ×{up}, phase {np.degrees(m.phase):.1f}°, {near}"
+    up = f"{m.gain_up:.3g}" if np.isfinite(m.gain_up) else "∞"
+    return f"stable, gain ×{m.gain_down:.2g}–{up}, phase {np.degrees(m.phase):.1f}°, {near}"
 
 
 def loops_in_words(name, curves):
     """Both `Nyquist` curves of one loop, without and with filters."""
     without, with_ = map(margins_in_words, curves)
-    return f"{name} without filters: {without}; with filters: {with_}."
+    return f"{name} without filters: {without}; with: {with_}."
 
 
 def gain_in_words(F):

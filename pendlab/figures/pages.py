@@ -239,7 +239,7 @@ def _small(fig):
         ax.yaxis.label.set_size(10)
 
 
-def _legend(fig, *axes):
+def _legend(fig, *axes, columns=9):
     """One legend below the page, each entry once; smaller labels."""
     _small(fig)
     entries = {}
@@ -247,7 +247,7 @@ def _legend(fig, *axes):
         for handle, label in zip(*ax.get_legend_handles_labels()):
             if label != "unit circle":
                 entries.setdefault(label, handle)
-    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=len(entries),
+    fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns,
                handlelength=1.5, columnspacing=1.4, fontsize=9)  # fmt: skip
 
 

@@ -65,7 +65,7 @@ def step_response(design, filters=True, decades=6):
                 samples.append(samples[-1] + 10 ** (decade - 1))
             step = np.linalg.matrix_power(step, 10)
     X = np.clip(np.nan_to_num(np.array(states)[:, :-1]), -1e6, 1e6)
-    angles = X[:, : plant.nstates] @ plant.C[: design.rig.n_links].T
+    angles = X[:, : design.rig.n_links]  # the true ones: plant.C would read them through filters
     return StepResponse(c.dt * np.array(samples), angles, X @ to_u.T, c.tracked[0])
 
 
