@@ -60,9 +60,9 @@ class Findings:
 
     def _repr_html_(self):
         if self.well:
-            return f"<p>✅ {escape(self.summary)}</p>"
+            return f"<p>✓ {escape(self.summary)}</p>"
         lines = "".join(
-            f"<li>❌ {escape(f.name)}: {escape(f.found)}<br>→ {escape(f.advice)}</li>"
+            f"<li>✗ {escape(f.name)}: {escape(f.found)}<br>→ {escape(f.advice)}</li>"
             for f in self.findings
             if not f.well
         )

@@ -27,7 +27,7 @@ class Verdict:
         return f"{'Right' if self.right else 'Not yet'}: {self.message}"
 
     def _repr_markdown_(self):
-        mark, word = ("✅", "Right") if self.right else ("💡", "Not yet")
+        mark, word = ("✓", "Right") if self.right else ("…", "Not yet")
         return f"{mark} **{word}.** {self.message}"
 
 
