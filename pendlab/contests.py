@@ -8,7 +8,9 @@ is none, small and the bench's own in turn. A round is worth
     50 + 50 / (1 + J)    if it stays up, J = rms(angles) / 0.05 rad + rms(u / u_max),
 
 rms over all samples, relative angles and motors, and the score is the mean of the rounds: from 0 to
-100. The same season gives the same rounds on every machine.
+100. The same season gives the same rounds on every machine, and one machine always the same score.
+Between machines scores may differ by some tenths: motion in a gap is chaotic, and processors round
+differently. A leaderboard is recomputed on one machine.
 """
 
 import json

@@ -168,7 +168,9 @@ def _which(motor, large, small):
     for kind, base in enumerate((large, small)):
         made = geared(base, motor.ratio)
         if np.allclose(
-            [motor.gain, motor.inertia, motor.damping], [made.gain, made.inertia, made.damping], 1e-6
+            [motor.gain, motor.inertia, motor.damping],
+            [made.gain, made.inertia, made.damping],
+            1e-6,
         ):
             return kind
     return None
