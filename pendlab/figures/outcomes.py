@@ -53,6 +53,15 @@ def run_in_words(run, start=0.0):
     )
 
 
+def short(value):
+    """Three digits without a power of ten.
+
+    >>> short(1234.5), short(0.03418)
+    ('1230', '0.0342')
+    """
+    return np.format_float_positional(value, 3, unique=False, fractional=False, trim="-")
+
+
 def angle_in_words(i):
     """θ1, θ2−θ1, ... for plain text."""
     return angle_name(i).replace("theta", "θ").replace("-", "−")

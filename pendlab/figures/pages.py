@@ -12,7 +12,7 @@ from ..paper import paper_design
 from ..sampled import alignment_interval
 from .frequency import draw_loops, draw_sigma_min, nyquist, sigma_min
 from .gains import controller_gains, draw_gains
-from .outcomes import gain_in_words, loops_in_words, rows_in_words, run_in_words
+from .outcomes import gain_in_words, loops_in_words, rows_in_words, run_in_words, short
 from .rootlocus import draw_eigenvalues, draw_marked_locus, remarked, root_locus
 from .steps import draw_step, step_response, step_words
 from .style import describe, freeze_layout, look, new_figure, styled
@@ -120,7 +120,7 @@ def observer_page(design):
         size = np.asarray(design.coefficients) / np.linalg.norm(design.coefficients)
         first = (
             f"Condition of [C; T] {design.family.condition(size):.4g}. Estimating rows of [L1 L2]: "
-            f"{rows}. At {0.5 / design.dt:g} Hz the controller makes {data[-1].fastest:.3g} V of an "
+            f"{rows}. At {0.5 / design.dt:g} Hz the controller makes {short(data[-1].fastest)} V of an "
             "angle of 1 rad."
         )
         return (

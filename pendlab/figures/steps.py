@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .outcomes import angle_in_words, short
 from .style import COLORS, angle_name, look
 
 
@@ -88,11 +89,11 @@ def draw_step(ax, data, frame):
 
 def step_words(data, step=0.1):
     """What a step of `step` rad does, as a sentence."""
-    name = angle_name(data.tracked + 1).replace("theta", "θ").replace("-", "−")
-    reached = f"reaches 90 % after {data.rise:.3g} s" if data.rise else (
+    name = angle_in_words(data.tracked + 1)
+    reached = f"reaches 90 % after {short(data.rise)} s" if data.rise else (
         f"is at {data.angles[-1, data.tracked]:.0%} after {data.t[-1]:.0f} s"
     )  # fmt: skip
-    volts = ", ".join(f"{step * peak:.3g} V" for peak in data.peak)
+    volts = ", ".join(f"{short(step * peak)} V" for peak in data.peak)
     return (
         f"Step of {step:g} rad: {name} {reached}, overshoot {data.overshoot:.0%}, "
         f"voltage up to {volts}."
