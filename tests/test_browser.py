@@ -125,6 +125,10 @@ def opened(browser, address, complaints):
     page.set_default_timeout(60_000)
     page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
     page.on("pageerror", lambda error: complaints.append(str(error)))
+    # A slow machine makes Lab ask for the kernel before it has read the notebook's own.
+    dialog = page.locator(".jp-Dialog")
+    page.add_locator_handler(dialog, lambda _: accept(page, asked))
+    asked = []
     page.goto(address)
     page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']", timeout=90_000)
     # The page can say "idle" before its kernel is connected; the command is then lost.
@@ -136,6 +140,14 @@ def opened(browser, address, complaints):
         if any(character in "*123456789" for prompt in prompts for character in prompt):
             return page
     raise AssertionError("JupyterLab did not run the cells")
+
+
+def accept(page, asked):
+    """Answer one of Lab's dialogs; the same one for ever would be an error of its own."""
+    asked.append(page.locator(".jp-Dialog-header").first.inner_text())
+    print("JupyterLab asked:", asked[-1], page.locator(".jp-Dialog-body").first.inner_text())
+    assert len(asked) < 10, asked
+    page.locator(".jp-Dialog .jp-mod-accept").first.click()
 
 
 def settled(page):
