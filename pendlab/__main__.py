@@ -38,7 +38,9 @@ def add_report(commands):
 
 def report(options):
     """Scoreboard on the screen, figures as PNG and SVG in a folder."""
+    from .experiment import bench_run
     from .figures import figure, numbers, save
+    from .figures.moving import animate_svg
     from .verdicts import DIFFERS, scoreboard
 
     print("Recomputing every printed number ...", flush=True)
@@ -49,7 +51,10 @@ def report(options):
         drawn = figure(number)
         save(drawn, options.folder, f"fig{number:02d}")
         print(f"[{number:2d}/{max(numbers())}] {drawn.caption}", flush=True)
-    print(f"\nFigures are in {options.folder.resolve()} as PNG and SVG.")
+    run = bench_run("triple", 12.0)
+    moving = animate_svg(run.rig, run.t, run.angles, width=420, height=340)
+    (options.folder / "bench.svg").write_text(moving, encoding="utf-8")
+    print(f"\nFigures are in {options.folder.resolve()} as PNG and SVG, and bench.svg moves.")
     wrong = board.totals[DIFFERS]
     if wrong:
         print(f"{wrong} printed numbers that should hold do not: see {DIFFERS} above.")

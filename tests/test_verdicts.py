@@ -95,14 +95,14 @@ def test_report_writes_figures_and_succeeds(tmp_path, capsys, monkeypatch):
     monkeypatch.setattr("pendlab.figures.numbers", lambda: [5, 8])
     assert main(["report", "--folder", str(tmp_path / "out")]) == 0
     written = {path.name for path in (tmp_path / "out").iterdir()}
-    assert written == {"fig05.png", "fig05.svg", "fig08.png", "fig08.svg"}
+    assert written == {"fig05.png", "fig05.svg", "fig08.png", "fig08.svg", "bench.svg"}
     printed = capsys.readouterr().out
     assert "0 DIFFERS" in printed
     assert str(tmp_path / "out") in printed
 
 
 def test_report_fails_where_a_number_does_not_hold(tmp_path, capsys, monkeypatch):
-    monkeypatch.setattr("pendlab.figures.numbers", list)
+    monkeypatch.setattr("pendlab.figures.numbers", lambda: [5])
     monkeypatch.setitem(verdicts.RECOMPUTED, "eq23.F", lambda: np.zeros(5))
     assert main(["report", "--folder", str(tmp_path)]) == 1
     assert "should hold" in capsys.readouterr().out
