@@ -43,6 +43,7 @@ def _judge(function, answer, rig):
         AttributeError,
         IndexError,
         KeyError,
+        RuntimeError,
     ) as problem:
         return Verdict(False, f"This answer cannot be checked: {problem}")
 

@@ -9,7 +9,7 @@ from ..controllability import recoverable_tilt
 from ..design import Design
 from ..imperfections import Imperfections
 from ..loop import margins
-from ..models import equations
+from ..models import equations, linearize
 from ..observers import observer_family
 from ..parameters import Filters, Motor, Pendulum, load
 from ..sampled import sample
@@ -96,6 +96,7 @@ def _matrix_mistakes(rig, name, truth):
 
 def exercise_3(freedom, most, rig=None):
     """Free directions in each row of T for 1, 2, 3 motors; most motors with E = e I."""
+    freedom = array("freedom", freedom, (3,))
     truth = [row_freedom(rig, m) for m in (1, 2, 3)]
     n = 4
     first = compare(
@@ -125,8 +126,6 @@ def row_freedom(rig, m):
     """Dimension of the solutions (t, k) of one row, counted on a sampled tower."""
     large, small = own_rig(rig).motors
     made = tower(rig, [large, small, small][:m], (*LIMITS, LIMITS[1])[:m])
-    from ..models import linearize
-
     model = sample(linearize(made), 0.01)
     return observer_family(model, [0.1, 0.2, 0.3]).dimension // 3
 

@@ -67,8 +67,7 @@ def prediction(design, half, stiffness):
         w = brentq(lambda w: at_the_gear(design, w).imag[0], omega[i], omega[i + 1])
         needed = -1 / at_the_gear(design, w).real[0]
         if 0 < needed < stiffness:
-            balance = lambda a: dead_zone(a, half, stiffness) - needed  # noqa: E731
-            a = brentq(balance, half, 1e4 * half)
+            a = brentq(lambda a, N: dead_zone(a, half, stiffness) - N, half, 1e4 * half, (needed,))
             return w / (2 * np.pi), a, abs(links(design.rig, w)[0, 1]) * needed * a
     return None
 
