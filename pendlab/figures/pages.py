@@ -239,14 +239,15 @@ def _small(fig):
         ax.yaxis.label.set_size(10)
 
 
-def _legend(fig, *axes, columns=9):
-    """One legend below the page, each entry once; smaller labels."""
+def _legend(fig, *axes):
+    """One legend below the page in one row or two, each entry once; smaller labels."""
     _small(fig)
     entries = {}
     for ax in axes:
         for handle, label in zip(*ax.get_legend_handles_labels()):
             if label != "unit circle":
                 entries.setdefault(label, handle)
+    columns = len(entries) if len(entries) <= 8 else (len(entries) + 1) // 2
     fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns,
                handlelength=1.5, columnspacing=1.4, fontsize=9)  # fmt: skip
 

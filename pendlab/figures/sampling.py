@@ -61,7 +61,7 @@ def sampling_page(design):
     plane.set_title("plant with filters, $z$-plane")
     middle.set_title("what they cost in phase")
     near.set_title("loop designed without filters")
-    _legend(fig, plane, middle, near, columns=5)
+    _legend(fig, plane, middle, near)
 
     def say(data, design):
         _, lag, curves = data

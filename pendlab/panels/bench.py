@@ -74,7 +74,7 @@ def bench_panel(name="triple"):
 def bench_controls(rig, windows):
     """Controls by heading, at the values of the bench."""
     on, n, m = bench_imperfections(rig), rig.n_links, rig.n_motors
-    outputs = [f"{angle_in_words(i + 1)}, rad" for i in range(n)] + ["rate of θ1, rad/s"]
+    outputs = [f"{angle_in_words(i + 1)}, rad" for i in range(n)] + ["rate, rad/s"]
     offsets = on.each("offset", n + 1)
     noise, steps = on.each("noise", n + 1), on.each("resolution", n + 1)
     per_motor = lambda name, label, low, high: [  # noqa: E731
@@ -102,7 +102,7 @@ def bench_controls(rig, windows):
                 for i, (output, value) in enumerate(zip(outputs, offsets))
             ],
             Switch("delay_on", "computation delay", on.delay > 0),
-            Slider("delay", "delay, ms", 0, 12, 1e3 * on.delay, step=0.1),
+            Slider("delay", "delay, ms", 0, 12, _3(1e3 * on.delay), step=0.1),
             Switch("resolution_on", "A/D converter", bool(np.any(steps))),
             Slider("resolution", "A/D step, rad", 1e-5, 0.1, _3(steps[0]), log=True),
             Switch("dac_on", "D/A converter", bool(np.any(on.voltage_resolution))),
@@ -121,7 +121,7 @@ def bench_controls(rig, windows):
             Switch("gap_on", "backlash", bool(np.any(on.gap))),
             *per_motor("gap", "gap {}, rad", 1e-4, 0.5),
             *per_motor("contact_stiffness", "stiffness {}, N m/rad", 1, 1e4),
-            *per_motor("contact_damping", "tooth damping {}, s/rad", 1e-3, 10),
+            *per_motor("contact_damping", "damping {}, s/rad", 1e-3, 10),
         ],
     }  # fmt: skip
 
