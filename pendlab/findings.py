@@ -14,7 +14,16 @@ from .parameters import HERE, rigs
 
 ENVIRONMENT = HERE.parent / "environment.txt"
 OPTIONAL = {"numba": "simulations run in plain Python, about a hundred times slower"}
-NEEDED = ("numpy", "scipy", "control", "matplotlib", "ipywidgets", "sympy", "jupyterlab", "ipykernel")
+NEEDED = (
+    "numpy",
+    "scipy",
+    "control",
+    "matplotlib",
+    "ipywidgets",
+    "sympy",
+    "jupyterlab",
+    "ipykernel",
+)
 
 
 @dataclass(frozen=True)
@@ -159,8 +168,12 @@ def _kernel():
     try:
         command = KernelSpecManager().get_kernel_spec("python3").argv[0]
     except NoSuchKernel:
-        return Finding("kernel", False, "no python3 kernel", "run  python -m ipykernel install --user")
-    ours = Path(command).name == command or Path(command).absolute() == Path(sys.executable).absolute()
+        return Finding(
+            "kernel", False, "no python3 kernel", "run  python -m ipykernel install --user"
+        )
+    ours = (
+        Path(command).name == command or Path(command).absolute() == Path(sys.executable).absolute()
+    )
     return Finding(
         "kernel",
         ours,
@@ -186,7 +199,10 @@ def _port():
         return Finding("port", True, "JupyterLab can listen on this machine")
     except OSError as problem:
         return Finding(
-            "port", False, str(problem), "a firewall forbids local servers: ask who runs this machine."
+            "port",
+            False,
+            str(problem),
+            "a firewall forbids local servers: ask who runs this machine.",
         )
 
 

@@ -72,7 +72,9 @@ class Imperfections:
             single = np.ndim(getattr(self, name)) == 0
             object.__setattr__(self, name, values[0] if single else values)
         if min(numbers("contact_stiffness", self.contact_stiffness)) <= 0:
-            raise ValueError("contact_stiffness: expected numbers above 0; use gap=0 for no backlash.")
+            raise ValueError(
+                "contact_stiffness: expected numbers above 0; use gap=0 for no backlash."
+            )
 
     def each(self, name, count):
         """The entry `name` as an array with `count` values."""

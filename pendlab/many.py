@@ -55,7 +55,9 @@ def simulate_many(rig, controller, t_end, cases, *, progress=None, workers=None,
     jobs = []
     for k, case in enumerate(cases):
         if not isinstance(case, dict):
-            raise TypeError(f"cases[{k}]: expected a dict of arguments of pl.simulate, {found(case)}.")
+            raise TypeError(
+                f"cases[{k}]: expected a dict of arguments of pl.simulate, {found(case)}."
+            )
         jobs.append(dict(rig=rig, controller=controller, t_end=t_end) | common | case)
     show = _progress(progress)
     results, stopped = [None] * len(jobs), False

@@ -37,8 +37,10 @@ def plant_numbers(rig, imperfections):
                 "give Motor inertia a value above 0 or set its gap to 0."
             )
     # A rotor behind a gap turns by itself, so the links carry neither its inertia nor its damping.
-    geared = [replace(motor, inertia=0.0, damping=0.0) if gap > 0 else motor
-              for gap, motor in zip(gaps, rig.motors)]
+    geared = [
+        replace(motor, inertia=0.0, damping=0.0) if gap > 0 else motor
+        for gap, motor in zip(gaps, rig.motors)
+    ]
     kernel = load_kernel(n, m)
     c = np.zeros(kernel.CONSTANTS)
     kernel.constants(parameter_values(replace(rig, motors=tuple(geared))), c)
@@ -56,7 +58,9 @@ def plant_numbers(rig, imperfections):
     w_in, w_out = np.zeros(m), np.zeros(n + 1)
     if imperfections.filters:
         if rig.filters is None:
-            raise ValueError("filters: switched on, but rig.filters is None; give the rig pl.Filters.")
+            raise ValueError(
+                "filters: switched on, but rig.filters is None; give the rig pl.Filters."
+            )
         w_in = 2 * np.pi * np.array(rig.filters.input_hz)
         w_out = 2 * np.pi * np.array(rig.filters.output_hz)
     dry = imperfections.each("hinge_friction", n)
@@ -87,8 +91,20 @@ def fastest_rate(rig, imperfections):
 
     def slope(x):
         dx = zeros(size)
-        kernel.derivative(pack(kernel, x), zeros(m), zeros(n), pack(kernel, anchor), c, gear, dry,
-                          reach, w_out, zeros(n), zeros(n), dx)
+        kernel.derivative(
+            pack(kernel, x),
+            zeros(m),
+            zeros(n),
+            pack(kernel, anchor),
+            c,
+            gear,
+            dry,
+            reach,
+            w_out,
+            zeros(n),
+            zeros(n),
+            dx,
+        )
         return np.array(dx)
 
     tiny = 1e-6 * min(1.0, imperfections.presliding / 1e-3)

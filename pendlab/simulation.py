@@ -161,9 +161,7 @@ class _Bench:
         self.plant = [self.pack(value) for value in (*numbers, pulses)]
         self.held = self.pack(held)
         self.reading = [self.pack(a) for a in (error, imperfections.each("resolution", n + 1))]
-        self.sending = [
-            self.pack(a) for a in (limit, imperfections.each("voltage_resolution", m))
-        ]
+        self.sending = [self.pack(a) for a in (limit, imperfections.each("voltage_resolution", m))]
 
     def work(self, least=0):
         return self.pack(np.zeros((13, max(3 * self.n + 2 * self.m + 1, least))))
@@ -225,8 +223,21 @@ def _run_stepwise(bench, controller, y_ref, rows):
         kernel.send(voltages, limit, da)
         u[k] = voltages
         if k + 1 < rows:
-            fell = kernel.hold(x, anchor, volts, before, voltages, t, dt, delay, steps, late,
-                               *bench.plant, bench.held[k % len(bench.held)], work)
+            fell = kernel.hold(
+                x,
+                anchor,
+                volts,
+                before,
+                voltages,
+                t,
+                dt,
+                delay,
+                steps,
+                late,
+                *bench.plant,
+                bench.held[k % len(bench.held)],
+                work,
+            )
             if fell >= 0:
                 break
     else:
@@ -264,9 +275,7 @@ def _voltages(answer, m, t):
     try:
         u = np.atleast_1d(np.asarray(answer[0], dtype=float))
     except (TypeError, ValueError) as problem:
-        raise ValueError(
-            f"{when} must return {m} voltages, {found(answer[0])}."
-        ) from problem
+        raise ValueError(f"{when} must return {m} voltages, {found(answer[0])}.") from problem
     if u.shape != (m,):
         raise ValueError(f"{when} must return {m} voltages, found shape {u.shape}.")
     if not np.all(np.isfinite(u)):

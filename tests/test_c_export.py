@@ -10,7 +10,9 @@ import pytest
 import pendlab as pl
 
 COMPILER = next((c for c in ("cc", "gcc", "clang") if shutil.which(c)), None)
-needs_compiler = pytest.mark.skipif(COMPILER is None, reason="needs a C compiler (cc, gcc or clang)")
+needs_compiler = pytest.mark.skipif(
+    COMPILER is None, reason="needs a C compiler (cc, gcc or clang)"
+)
 
 # Reads the initial state, then y and y_ref per sample; writes u.
 MAIN = """

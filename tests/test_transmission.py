@@ -72,7 +72,10 @@ def test_norms_agree_with_control_where_it_answers():
 def test_rms_predicts_a_noisy_run():
     noise = 2e-4
     run = pl.simulate(
-        BOTH.rig, BOTH.controller, 150, imperfections=pl.Imperfections(filters=True, noise=noise, seed=1)
+        BOTH.rig,
+        BOTH.controller,
+        150,
+        imperfections=pl.Imperfections(filters=True, noise=noise, seed=1),
     )
     predicted = pl.rms(pl.closed_loop(BOTH)[["u1", "u2"], :4], noise)
     assert run.u[500:].std(axis=0) == pytest.approx(predicted, rel=0.03)
@@ -137,7 +140,10 @@ def test_figures_move_to_other_designs():
     first, second = {"a": PAPER["triple"]}, {"a": BOTH}
     from pendlab.figures.transmission import gain_region_figure, transmission_figure
 
-    for make, options in ((transmission_figure, {"points": 40}), (gain_region_figure, {"points": 9})):
+    for make, options in (
+        (transmission_figure, {"points": 40}),
+        (gain_region_figure, {"points": 9}),
+    ):
         fig, other = make(first, **options), make(second, **options)
         caption = fig.caption
         fig.update(second)

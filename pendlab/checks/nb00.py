@@ -16,8 +16,14 @@ def exercise_1(answer, rig=None):
         answer,
         truth,
         [
-            (rig.n_links, "Angles alone are not enough: to know what comes next you need the rates too."),
-            (rig.n_links + 1, "That is the number of measured outputs; states are angles and rates."),
+            (
+                rig.n_links,
+                "Angles alone are not enough: to know what comes next you need the rates too.",
+            ),
+            (
+                rig.n_links + 1,
+                "That is the number of measured outputs; states are angles and rates.",
+            ),
         ],
         praise="One angle and one rate for each link.",
     )

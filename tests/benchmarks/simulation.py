@@ -37,7 +37,12 @@ def best(function, repeats=7):
 
 def bench():
     rig = pl.load("triple")
-    return rig, pl.paper_design("triple").controller, pl.bench_imperfections(rig), pl.bench_start(rig)
+    return (
+        rig,
+        pl.paper_design("triple").controller,
+        pl.bench_imperfections(rig),
+        pl.bench_start(rig),
+    )
 
 
 def in_c(flags):
@@ -50,7 +55,9 @@ def in_c(flags):
     links = [[getattr(k, f) for k in rig.links] for f in
              ("length", "mass", "inertia", "com", "friction")]  # fmt: skip
     motors = [[getattr(k, f) for k in rig.motors] for f in ("gain", "damping", "inertia")]
-    gears = [on.each(f, 2) for f in ("gap", "contact_stiffness", "contact_damping", "gear_friction")]
+    gears = [
+        on.each(f, 2) for f in ("gap", "contact_stiffness", "contact_damping", "gear_friction")
+    ]
     late, steps = inner_steps(rig, on, c.dt)
     rows = round(T_END / c.dt) + 1
     x0 = np.concatenate([start, np.zeros(3)])
@@ -158,7 +165,9 @@ def main():
     if mujoco is None:
         print("  MuJoCo: not installed")
     else:
-        print(f"  MuJoCo, controller in Python  {mujoco * 1e3:8.0f} ms   ratio {ideal / mujoco:6.4f}")
+        print(
+            f"  MuJoCo, controller in Python  {mujoco * 1e3:8.0f} ms   ratio {ideal / mujoco:6.4f}"
+        )
     cases = [dict(disturbance=pl.Pulse(1 + k % 3, 1.0, 0.1, 0.001 * k)) for k in range(1000)]
     many, _ = best(lambda: pl.simulate_many(rig, c, 10.0, cases, **everything, progress=False), 1)
     print(f"1000 runs of 10 s, everything on: {many:.1f} s")
