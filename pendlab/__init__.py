@@ -56,8 +56,8 @@ _CONTENTS = {
     "own_rig": ("my_rig",),
     "contests": ("contest", "Score", "write_leaderboard"),
     "findings": ("doctor",),
-    "controls": ("Slider", "Switch", "Choice"),
-    "panel": ("Panel", "View"),
+    "controls": ("Slider", "Switch", "Choice", "View"),
+    "panel": ("Panel",),
     "panels": (
         "bar_panel",
         "bench_panel",

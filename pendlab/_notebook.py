@@ -1,5 +1,6 @@
-"""What a panel needs to know of its notebook: cells, callbacks that hold nothing, closing."""
+"""What a panel needs to know of its notebook: cells, callbacks that hold nothing, closing, legends."""
 
+from html import escape
 from weakref import WeakMethod
 
 
@@ -33,3 +34,11 @@ def close_all(widget):
     for part in (getattr(widget, "style", None), widget.layout, widget):
         if part is not None:
             part.close()
+
+
+def legend_html(lines):
+    if not lines:
+        return ""
+    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
+    keys = "Keyboard: Tab to a control; arrow keys, Page Up and Page Down move a slider."
+    return f"<details><summary>What is what</summary><ul>{items}<li>{keys}</li></ul></details>"

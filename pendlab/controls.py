@@ -1,5 +1,6 @@
-"""What a panel can be moved with: sliders, switches and choices, told apart from their widgets."""
+"""What a panel is made of, told apart from its widgets: sliders, switches, choices and a view."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -112,3 +113,23 @@ class Choice:
             known = ", ".join(map(str, self.stops))
             raise ValueError(f"{self.name}: expected one of {known}, found {value!r}.")
         return value
+
+
+@dataclass(frozen=True)
+class View:
+    """What a panel shows: a figure, and how to move it.
+
+    Attributes
+    ----------
+    figure : Agg figure, laid out once
+    update : function of the controls' values by name; changes the artists and returns the caption,
+        plain text with the outcome in words; raises ValueError with a sentence for values that
+        cannot work, before it changes anything
+    moving : artists that are redrawn on a kept background; the whole figure where it is empty
+    beside : function without arguments that gives HTML to show beside the picture, such as an SVG
+    """
+
+    figure: object
+    update: Callable
+    moving: tuple = ()
+    beside: Callable | None = None

@@ -6,9 +6,7 @@ so a saved notebook keeps picture and caption, and exceptions reach the tests.
 """
 
 import time
-from collections.abc import Callable
 from contextlib import contextmanager
-from dataclasses import dataclass
 from html import escape
 from weakref import finalize
 
@@ -16,32 +14,12 @@ import ipywidgets as widgets
 import numpy as np
 
 from ._checks import found
-from ._notebook import close_all, running_cell, weakly
+from ._notebook import close_all, legend_html, running_cell, weakly
 from .controls import Choice, Switch
 from .figures.picture import Picture
 
 SLOW = 0.4  # s; updates that take longer announce themselves
 WIDTH = 1120  # px; what JupyterLab leaves of a 1366 px screen
-
-
-@dataclass(frozen=True)
-class View:
-    """What a panel shows: a figure, and how to move it.
-
-    Attributes
-    ----------
-    figure : Agg figure, laid out once
-    update : function of the controls' values by name; changes the artists and returns the caption,
-        plain text with the outcome in words; raises ValueError with a sentence for values that
-        cannot work, before it changes anything
-    moving : artists that are redrawn on a kept background; the whole figure where it is empty
-    beside : function without arguments that gives HTML to show beside the picture, such as an SVG
-    """
-
-    figure: object
-    update: Callable
-    moving: tuple = ()
-    beside: Callable | None = None
 
 
 class Panel:
@@ -92,7 +70,7 @@ class Panel:
                 ),
                 widgets.HBox([self._image, self._beside], layout=_layout(align_items="flex-start")),
                 self._words,
-                widgets.HTML(_legend(legend)),
+                widgets.HTML(legend_html(legend)),
             ]
         )
         # ipywidgets remembers every widget; when nobody holds the panel any more, they may go.
@@ -315,11 +293,3 @@ _SHOWN = {}
 
 def _layout(**settings):
     return widgets.Layout(**settings)
-
-
-def _legend(lines):
-    if not lines:
-        return ""
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    keys = "Keyboard: Tab to a control; arrow keys, Page Up and Page Down move a slider."
-    return f"<details><summary>What is what</summary><ul>{items}<li>{keys}</li></ul></details>"

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ..controls import Choice, Slider, Switch
+from ..controls import Choice, Slider, Switch, View
 from ..figures.benchpage import bench_page
 from ..figures.moving import animate_svg
 from ..figures.outcomes import angle_in_words
 from ..imperfections import Imperfections, Pulse, bench_imperfections, bench_start
 from ..many import simulate_many
-from ..panel import Panel, View
+from ..panel import Panel
 from ..paper import paper_design
 from ..simulation import simulate
 

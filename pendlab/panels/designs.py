@@ -2,11 +2,11 @@
 
 import numpy as np
 
-from ..controls import Slider
+from ..controls import Slider, View
 from ..figures.outcomes import angle_in_words
 from ..figures.pages import kp_page, observer_page, triple_page, weights_page
 from ..imperfections import bench_imperfections, bench_start
-from ..panel import Panel, View
+from ..panel import Panel
 from ..paper import paper_design
 from ..simulation import simulate
 

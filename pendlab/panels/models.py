@@ -2,12 +2,12 @@
 
 from dataclasses import replace
 
-from ..controls import Slider
+from ..controls import Slider, View
 from ..figures.bar import bar_study, bars, in_words
 from ..figures.pages import PAGE
 from ..figures.sampling import sampling_page
 from ..figures.style import freeze_layout
-from ..panel import Panel, View
+from ..panel import Panel
 from ..paper import paper_design
 from ..parameters import Filters, load
 from .designs import LOOPS, PAPER

@@ -70,11 +70,13 @@ def main():
         panel = make()
         wall, own = median(mover(panel))
         compute, draw, encode, ratio = parts(panel)
-        mark = "" if own <= goal else "  over its goal"
+        mark = "" if wall <= goal else "  over its goal"
         print(f"{call:26s}{goal:6d}{wall:8.1f}{own:8.1f}{compute:18.1f}{draw:8.1f}{encode:6.1f}{ratio:10.1f} x"
               f"{mark}")  # fmt: skip
         panel.close()
-    print("ms; own time does not count what other programs take from the machine")
+    print(
+        "ms; goals are for wall-clock time on an idle machine; own time is that of all threads of this program"
+    )
 
 
 if __name__ == "__main__":
