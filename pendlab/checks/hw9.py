@@ -102,10 +102,10 @@ def exercise_3(make, season=1, rig=None):
     wrong = not_callable(make)
     if wrong:
         return wrong
-    score = contest(make, season=season)
+    score = contest(make, rig, season)
     if score.reason:
         return Verdict(False, f"Score 0: {score.reason}", 0.0)
-    needed = contest(papers, season=season).total + AHEAD
+    needed = contest(papers, rig, season).total + AHEAD
     if score.total < needed:
         falls = f" It falls in {score.falls} of 8 rounds." if score.falls else ""
         worst = int(np.argmin([entry.points for entry in score.rounds]))
@@ -123,7 +123,7 @@ def exercise_4(make, season=1, rig=None):
     wrong = not_callable(make)
     if wrong:
         return wrong
-    neighbours = [dict(season=season + 1, plant=my_rig(who)) for who in OTHERS]
+    neighbours = [dict(rig=rig, season=season + 1, plant=my_rig(who)) for who in OTHERS]
     mine = [contest(make, **neighbour) for neighbour in neighbours]
     for score in mine:
         if score.reason:
