@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 # Modules that offer commands, by ``add_commands(commands)``.
-COMMANDS = ("findings", "editions", "marking", "bundle")
+COMMANDS = ("findings", "classroom.editions", "classroom.marking", "classroom.bundle")
 
 
 def main(arguments=None):

@@ -48,7 +48,8 @@ def array(name, value, shape=None, finite=True):
     """`value` as a float array; None in `shape` stands for any size."""
     try:
         result = np.array(value)
-        if result.dtype.kind in "bcSU":  # NumPy would turn these into numbers without a word
+        # NumPy would turn these into numbers without a word.
+        if value is None or result.dtype.kind in "bcSU":
             raise TypeError
         result = result.astype(float)
     except (TypeError, ValueError):

@@ -126,33 +126,34 @@ def bench_imperfections(rig):
     gears = table.get("gearboxes", [])
     if len(gears) < m:
         raise ValueError(f"{path}: describes {len(gears)} gearboxes, found a rig with {m} motors.")
-    take = lambda part, key, unit: _value(path, part, key, unit)  # noqa: E731
-    each = lambda key, unit: tuple(take(gear, key, unit) for gear in gears[:m])  # noqa: E731
+    take = lambda part, key, unit, count=1: _values(path, part, key, unit, count)  # noqa: E731
+    each = lambda key, unit: sum((take(gear, key, unit) for gear in gears[:m]), ())  # noqa: E731
     sensors = table["sensors"]
-    angles, rate = take(sensors, "angle_range", "rad"), take(sensors, "rate_range", "rad/s")
-    codes = 2 ** int(take(sensors, "bits", "1"))
-    voltage = take(sensors, "voltage_range", "V")
+    one = lambda part, key, unit: take(part, key, unit)[0]  # noqa: E731
+    angles, rate = one(sensors, "angle_range", "rad"), one(sensors, "rate_range", "rad/s")
+    codes = 2 ** int(one(sensors, "bits", "1"))
+    voltage = one(sensors, "voltage_range", "V")
     return Imperfections(
         filters=True,
         saturation=True,
         resolution=(2 * angles / codes,) * n + (2 * rate / codes,),
         voltage_resolution=2 * voltage / codes,
-        delay=take(entry, "delay", "s"),
-        offset=tuple(take(entry, "offset", "rad, rad/s")),
-        noise=(take(sensors, "angle_noise", "rad"),) * n + (take(sensors, "rate_noise", "rad/s"),),
-        hinge_friction=tuple(take(table["hinges"], "dry_friction", "N m"))[:n],
+        delay=one(entry, "delay", "s"),
+        offset=take(entry, "offset", "rad, rad/s", n + 1),
+        noise=take(sensors, "angle_noise", "rad") * n + take(sensors, "rate_noise", "rad/s"),
+        hinge_friction=take(table["hinges"], "dry_friction", "N m", None)[:n],
         gear_friction=each("dry_friction", "N m"),
         gap=each("gap", "rad"),
         contact_stiffness=each("contact_stiffness", "N m/rad"),
         contact_damping=each("contact_damping", "s/rad"),
-        presliding=take(table["hinges"], "presliding", "rad"),
+        presliding=one(table["hinges"], "presliding", "rad"),
     )
 
 
 def bench_start(rig):
     """Relative angles (rad) from which Figs 15-17 are started by hand, from ``data/gearbox.toml``."""
     _, path, _, entry = _bench(rig)
-    return tuple(_value(path, entry, "start", "rad"))
+    return _values(path, entry, "start", "rad", rig.n_links)
 
 
 def _bench(rig):
@@ -173,8 +174,8 @@ def _bench(rig):
     return rig, path, table, entry
 
 
-def _value(path, part, key, unit):
-    item = part.get(key)
+def _values(path, part, key, unit, count):
+    item = part.get(key) if isinstance(part, dict) else None
     if not isinstance(item, dict) or "value" not in item:
         raise ValueError(
             f"{path}: entry {key!r} is missing or has no value; "
@@ -182,7 +183,7 @@ def _value(path, part, key, unit):
         )
     if item.get("unit") != unit:
         raise ValueError(f"{path}: entry {key!r} must be in {unit!r}, found {item.get('unit')!r}.")
-    return item["value"]
+    return numbers(f"{path}: entry {key!r}", item["value"], count=count)
 
 
 def switches():

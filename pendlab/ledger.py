@@ -134,7 +134,7 @@ def published(key=None):
     entries = _ledger(DATA / "published.toml")
     if key is None:
         return tuple(entries.values())
-    if key not in entries:
+    if not isinstance(key, str) or key not in entries:
         near = get_close_matches(str(key), entries, n=3, cutoff=0.5)
         advice = f"near it are {', '.join(near)}" if near else "published() lists all"
         raise ValueError(f"key: no published number {key!r}; {advice}.")

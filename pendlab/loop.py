@@ -25,7 +25,7 @@ def frequency_response(system, omega):
     Parameters
     ----------
     system : control.StateSpace with p outputs and m inputs
-    omega : N frequencies, rad/s
+    omega : N frequencies, rad/s; an integrator has no response at 0
 
     Returns
     -------
@@ -33,7 +33,15 @@ def frequency_response(system, omega):
     """
     state_space("system", system)
     omega = array("omega", np.atleast_1d(omega), (None,))
-    return transfer(system, np.exp(1j * omega * system.dt) if system.dt else 1j * omega)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        response = transfer(system, np.exp(1j * omega * system.dt) if system.dt else 1j * omega)
+    at_pole = ~np.isfinite(response).all(axis=(1, 2))
+    if at_pole.any():
+        raise ValueError(
+            f"omega: the system has a pole at {omega[at_pole][0]:g} rad/s and no response there; "
+            "leave this frequency out."
+        )
+    return response
 
 
 def transfer(system, z):
@@ -386,8 +394,8 @@ def margins(loop, points=2000):
     return Margins(
         gain_up=up[0],
         gain_down=down[0],
-        gain_up_omega=up[1],
-        gain_down_omega=down[1],
+        gain_up_omega=float(up[1]),
+        gain_down_omega=float(down[1]),
         phase=float(phase[0]),
         phase_omega=phase[1],
         modulus=float(distance.min()),

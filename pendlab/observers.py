@@ -52,9 +52,9 @@ class Observer:
         """Largest entries of TA - ET - KC, H - TB and [L1 L2][C; T] - I for `model`."""
         A, B, C = model.A, model.B, model.C
         return {
-            "TA - ET - KC": np.abs(self.T @ A - self.E @ self.T - self.K @ C).max(),
-            "H - TB": np.abs(self.H - self.T @ B).max(),
-            "L1 C + L2 T - I": np.abs(self.L1 @ C + self.L2 @ self.T - np.eye(len(A))).max(),
+            "TA - ET - KC": float(np.abs(self.T @ A - self.E @ self.T - self.K @ C).max()),
+            "H - TB": float(np.abs(self.H - self.T @ B).max()),
+            "L1 C + L2 T - I": float(np.abs(self.L1 @ C + self.L2 @ self.T - np.eye(len(A))).max()),
         }
 
 

@@ -343,7 +343,7 @@ def _disturbance(disturbance, t, n):
     if callable(disturbance):
         held = [array("disturbance", disturbance(float(time)), (n,)) for time in t]
         return none, np.array(held)
-    pulses = [disturbance] if isinstance(disturbance, Pulse) else list(disturbance)
+    pulses = disturbance if isinstance(disturbance, (list, tuple)) else [disturbance]
     for pulse in pulses:
         if not isinstance(pulse, Pulse):
             raise TypeError(f"disturbance: expected pl.Pulse or a function of t, {found(pulse)}.")

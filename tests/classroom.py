@@ -3,7 +3,7 @@
 import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
-from pendlab.editions import student
+from pendlab.classroom.editions import student
 
 NOTES = {
     "exercise": "90.1",

@@ -11,7 +11,7 @@ import zipfile
 
 import pytest
 
-from pendlab import bundle as bundling
+from pendlab.classroom import bundle as bundling
 from pendlab.__main__ import main
 
 BACKEND = """

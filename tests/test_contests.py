@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pendlab as pl
-from pendlab.answers import decode, encode
+from pendlab.classroom.answers import decode, encode
 from pendlab.contests import HEIGHTS, SECONDS, play, points, rounds
 
 

@@ -12,10 +12,10 @@ from refresh_notebooks import ROOT, notebooks
 
 import pendlab as pl
 from pendlab import checks
-from pendlab import exercises as paper
+from pendlab.classroom import exercises as paper
 from pendlab.__main__ import main
-from pendlab.editions import stamp, student, teacher
-from pendlab.handout import html, markdown, mathml, prepared
+from pendlab.classroom.editions import stamp, student, teacher
+from pendlab.classroom.handout import html, markdown, mathml, prepared
 
 REAL = {path.relative_to(ROOT).as_posix(): path for path in notebooks()}
 

@@ -6,7 +6,7 @@ import re
 import pytest
 from refresh_notebooks import ROOT
 
-from pendlab import exercises as paper
+from pendlab.classroom import exercises as paper
 
 NOTEBOOKS = {path.stem: path for path in sorted((ROOT / "notebooks").glob("*.ipynb"))}
 

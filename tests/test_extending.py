@@ -11,9 +11,9 @@ from refresh_notebooks import ROOT, refresh
 from test_notebooks import problems
 
 import pendlab as pl
-from pendlab import exercises as paper
+from pendlab.classroom import exercises as paper
 from pendlab import parameters
-from pendlab.editions import student
+from pendlab.classroom.editions import student
 from pendlab.imperfections import switches
 
 

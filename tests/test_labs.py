@@ -7,9 +7,9 @@ import nbformat
 import pytest
 from refresh_notebooks import ROOT
 
-from pendlab import exercises as paper
+from pendlab.classroom import exercises as paper
 from pendlab.__main__ import main
-from pendlab.editions import lab_sheet
+from pendlab.classroom.editions import lab_sheet
 
 FOLDER = ROOT / "notebooks"
 LABS = FOLDER / "labs"

@@ -14,10 +14,10 @@ from classroom import original, submission, write
 
 import pendlab as pl
 from pendlab.__main__ import main
-from pendlab.answers import decode, encode
-from pendlab.confinement import Limits, can_confine, confined, end, environment, family
-from pendlab.judge import Pupil, Remote, run_check, slice_for_checks
-from pendlab.marking import Row, leaderboard, mark, own_problems, write_csv
+from pendlab.classroom.answers import decode, encode
+from pendlab.classroom.confinement import Limits, can_confine, confined, end, environment, family
+from pendlab.classroom.judge import Pupil, Remote, run_check, slice_for_checks
+from pendlab.classroom.marking import Row, leaderboard, mark, own_problems, write_csv
 
 RIGHT = "answer = 6.0\nrow = np.zeros(2)"
 SQUARE = "def square(x):\n    return x * x"

@@ -56,6 +56,8 @@ def figure(number, design=None, **options):
     >>> figure(5).caption[:6]
     'Fig 5.'
     """
+    if not isinstance(number, (int, np.integer)):
+        raise TypeError(f"number: expected the number of a figure, such as 8, {found(number)}.")
     if number in OF_A_RIG:
         draw, name = OF_A_RIG[number]
         rig = load(name) if design is None else design

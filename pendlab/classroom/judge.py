@@ -1,6 +1,6 @@
 """The trusted side of marking: judges one submission against the original notebook.
 
-Started by `marking` as ``python -m pendlab.judge`` for each submission. It runs the check cells of
+Started by `marking` as ``python -m pendlab.classroom.judge`` for each submission. It runs the check cells of
 the *original*, and those given cells of the original on which they depend, in this process. The
 submission's cells run in another process (`pupil`), which is asked for the values that the solution
 cells are to define, as plain data. So nothing that a submission prints, replaces or pretends can
@@ -34,7 +34,7 @@ class Pupil:
 
     def __init__(self, cells, folder, hidden, limits):
         arguments = [str(limits.seconds), str(limits.memory), str(limits.disk)]
-        command = [sys.executable, "-P", "-m", "pendlab.pupil", *arguments]
+        command = [sys.executable, "-P", "-m", "pendlab.classroom.pupil", *arguments]
         self.process = subprocess.Popen(
             confined(command, folder, hidden),
             stdin=subprocess.PIPE,

@@ -1,6 +1,6 @@
 """The side of marking that is not trusted: runs a submission's cells and hands out values.
 
-Started by `judge` as ``python -m pendlab.pupil`` in a folder of its own. It obeys requests, one
+Started by `judge` as ``python -m pendlab.classroom.pupil`` in a folder of its own. It obeys requests, one
 JSON line each on its standard input, and answers on its standard output, which the notebook's own
 output never reaches. A notebook that takes over this process can send what answers it likes and no
 more: whether they are right is found out elsewhere.

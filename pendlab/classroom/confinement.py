@@ -85,7 +85,7 @@ def environment(folder):
         **{name: os.environ[name] for name in kept if name in os.environ},
         **dict.fromkeys(own, str(folder)),
         **dict.fromkeys(threads, "1"),
-        "PYTHONPATH": str(Path(__file__).parent.parent),
+        "PYTHONPATH": str(Path(__file__).parents[2]),
         "PYTHONHASHSEED": "0",
         "PYTHONDONTWRITEBYTECODE": "1",
         "PYTHONUTF8": "1",
@@ -98,7 +98,7 @@ def confined(command, folder, hidden=()):
     """The command, wrapped in namespaces of its own where this machine can."""
     if not can_confine():
         return list(command)
-    needed = [Path(folder), Path(sys.prefix), Path(sys.base_prefix), Path(__file__).parent]
+    needed = [Path(folder), Path(sys.prefix), Path(sys.base_prefix), Path(__file__).parents[1]]
     masks = [
         str(place.resolve())
         for place in map(Path, hidden)

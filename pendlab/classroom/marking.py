@@ -161,12 +161,12 @@ def _run_judge(original, submission, hidden, limits):
         }
         _lend_cache(folder)
         process = subprocess.Popen(
-            [sys.executable, "-P", "-m", "pendlab.judge"],
+            [sys.executable, "-P", "-m", "pendlab.classroom.judge"],
             stdin=subprocess.PIPE,
             stdout=output,
             stderr=subprocess.DEVNULL,
             cwd=Path(original).resolve().parent,
-            env={**os.environ, "PYTHONPATH": str(Path(__file__).parent.parent)},
+            env={**os.environ, "PYTHONPATH": str(Path(__file__).parents[2])},
             start_new_session=True,
         )
         process.stdin.write(json.dumps(task).encode() + b"\n")
@@ -186,7 +186,7 @@ def _lend_cache(folder):
 
     A copy, because nothing that a submission can write is ever run by the marker.
     """
-    from .generated import cache_folders
+    from ..generated import cache_folders
 
     cache = next((place for place in cache_folders() if place.is_dir()), None)
     if cache:

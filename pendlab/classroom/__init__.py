@@ -1,0 +1,1 @@
+"""Tools for a class: editions, hand-outs, marking that trusts nobody, and the offline bundle."""
