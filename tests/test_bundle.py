@@ -11,8 +11,8 @@ import zipfile
 
 import pytest
 
-from pendlab.classroom import bundle as bundling
 from pendlab.__main__ import main
+from pendlab.classroom import bundle as bundling
 
 BACKEND = """
 import zipfile

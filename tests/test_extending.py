@@ -11,8 +11,8 @@ from refresh_notebooks import ROOT, refresh
 from test_notebooks import problems
 
 import pendlab as pl
-from pendlab.classroom import exercises as paper
 from pendlab import parameters
+from pendlab.classroom import exercises as paper
 from pendlab.classroom.editions import student
 from pendlab.imperfections import switches
 

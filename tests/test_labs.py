@@ -7,8 +7,8 @@ import nbformat
 import pytest
 from refresh_notebooks import ROOT
 
-from pendlab.classroom import exercises as paper
 from pendlab.__main__ import main
+from pendlab.classroom import exercises as paper
 from pendlab.classroom.editions import lab_sheet
 
 FOLDER = ROOT / "notebooks"
