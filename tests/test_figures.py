@@ -340,7 +340,7 @@ def test_diagrams_have_one_form(number, double):
     assert pl.figure(number, double).caption == pl.figure(number).caption
 
 
-@pytest.mark.parametrize("number", [0, 99, -1, "8", None])
+@pytest.mark.parametrize("number", [0, 99, -1, "8", None, [8]])
 def test_unknown_figure(number):
     with pytest.raises(ValueError, match="number: expected a figure of the paper, one of 1, 2, 3"):
         pl.figure(number)

@@ -361,6 +361,11 @@ def test_frequency_grid():
             "loop: expected D = 0",
         ),
         (lambda d: pl.encirclements(1), TypeError, "loop: expected a control.StateSpace"),
+        (
+            lambda d: pl.loop_gain(d.controller, d.model, [1.0, 0.0]),
+            ValueError,
+            "omega: the system has a pole at 0 rad/s",
+        ),
         (lambda d: pl.frequency_grid(0), ValueError, "dt: expected a number above 0"),
         (
             lambda d: pl.state_feedback_loop(d.augmented, d.F[:, 1:]),

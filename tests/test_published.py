@@ -89,6 +89,8 @@ def test_unknown_key_names_near_ones():
         published("eq23.f")
     with pytest.raises(ValueError, match=r"published.. lists all"):
         published("####")
+    with pytest.raises(ValueError, match=r"no published number \['eq1.A'\]"):
+        published(["eq1.A"])
 
 
 @pytest.mark.parametrize(

@@ -8,6 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import pendlab as pl
+from pendlab import imperfections
 
 
 @dataclasses.dataclass(frozen=True)
@@ -533,11 +534,33 @@ def test_wrong_kinds_are_named(triple_design):
         pl.simulate(rig, c, 1.0, imperfections=dict(gap=0.05))
     with pytest.raises(TypeError, match=r"disturbance: expected pl\.Pulse"):
         pl.simulate(rig, c, 1.0, disturbance=[0.1])
+    with pytest.raises(TypeError, match=r"disturbance: expected pl\.Pulse.* found 0\.1"):
+        pl.simulate(rig, c, 1.0, disturbance=0.1)
     with pytest.raises(ValueError, match=r"cases\[1\]: initial: expected 3 relative angles"):
         pl.simulate_many(rig, c, 0.1, [{}, dict(initial=(1,))])
     with pytest.raises(ValueError, match=r"filters: switched on, but rig\.filters is None"):
         bare = dataclasses.replace(rig, filters=None)
         pl.simulate(bare, c, 1.0, imperfections=pl.Imperfections(filters=True))
+
+
+@pytest.mark.parametrize(
+    "old, new, message",
+    [
+        ("[sensors]", "[sensor]", r"section \[sensors\] is missing"),
+        ("{value = 0.056", "{number = 0.056", "entry 'gap' is missing or has no value"),
+        ("{value = 0.056", '{value = "wide"', r"entry 'gap'\[0\]: expected a number"),
+        ("{value = 12,", "{value = [1, 2],", "entry 'bits': expected 1 numbers"),
+        ("[sensors]", "[sensors", "not readable as TOML"),
+    ],
+)
+def test_damaged_bench_file_names_file_and_entry(tmp_path, monkeypatch, old, new, message):
+    source = imperfections.DATA / "gearbox.toml"
+    text = source.read_text(encoding="utf-8")
+    assert old in text
+    (tmp_path / source.name).write_text(text.replace(old, new, 1), encoding="utf-8")
+    monkeypatch.setattr(imperfections, "DATA", tmp_path)
+    with pytest.raises((TypeError, ValueError), match=rf"gearbox\.toml: {message}"):
+        pl.bench_imperfections(pl.load("triple"))
 
 
 def test_settings_compare_and_replace():

@@ -56,8 +56,11 @@ def figure(number, design=None, **options):
     >>> figure(5).caption[:6]
     'Fig 5.'
     """
-    if not isinstance(number, (int, np.integer)):
-        raise TypeError(f"number: expected the number of a figure, such as 8, {found(number)}.")
+    if number not in numbers():
+        known = ", ".join(map(str, numbers()))
+        raise ValueError(
+            f"number: expected a figure of the paper, one of {known}, {found(number)}."
+        )
     if number in OF_A_RIG:
         draw, name = OF_A_RIG[number]
         rig = load(name) if design is None else design
@@ -66,10 +69,7 @@ def figure(number, design=None, **options):
         return OF_NOTHING[number](**options)
     if number in OF_A_DESIGN:
         return OF_A_DESIGN[number](design, **options)
-    if number in OF_A_RUN:
-        return OF_A_RUN[number](design, **options)
-    known = ", ".join(map(str, numbers()))
-    raise ValueError(f"number: expected a figure of the paper, one of {known}, {found(number)}.")
+    return OF_A_RUN[number](design, **options)
 
 
 def numbers():
