@@ -159,6 +159,4 @@ def exercise_5(bar, design, rig=None):
         if left > 0.1:
             yield f"It stays up, but still swings by {left:.2f} rad in the eighth second."
 
-    return verdict(
-        shortfalls(), lambda: "Saved from a lean that is hopeless, for any controller, without bar."
-    )
+    return verdict(shortfalls(), lambda: "Caught from a lean beyond the bare recoverable tilt.")
