@@ -33,6 +33,8 @@ def numbers(name, values, above=None, least=None, count=None, finite=True):
     if isinstance(values, (Real, np.number)) and not isinstance(values, bool):
         values = (values,)
     try:
+        if isinstance(values, str):  # would count as a list of letters
+            raise TypeError
         items = list(values)
     except TypeError:
         raise TypeError(f"{name}: expected numbers, {found(values)}.") from None

@@ -548,7 +548,7 @@ def test_wrong_kinds_are_named(triple_design):
     [
         ("[sensors]", "[sensor]", r"section \[sensors\] is missing"),
         ("{value = 0.056", "{number = 0.056", "entry 'gap' is missing or has no value"),
-        ("{value = 0.056", '{value = "wide"', r"entry 'gap'\[0\]: expected a number"),
+        ("{value = 0.056", '{value = "wide"', "entry 'gap': expected numbers, found 'wide'"),
         ("{value = 12,", "{value = [1, 2],", "entry 'bits': expected 1 numbers"),
         ("[sensors]", "[sensors", "not readable as TOML"),
     ],
