@@ -2,7 +2,7 @@
 
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
 
@@ -53,6 +53,8 @@ def simulate_many(rig, controller, t_end, cases, *, progress=None, workers=None,
     Runs : interrupting (Ctrl-C, or the notebook's stop button) returns what is done, marked
     """
     jobs = []
+    if not isinstance(cases, Iterable):
+        raise TypeError(f"cases: expected dicts of arguments of pl.simulate, {found(cases)}.")
     for k, case in enumerate(cases):
         if not isinstance(case, dict):
             raise TypeError(

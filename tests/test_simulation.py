@@ -536,6 +536,8 @@ def test_wrong_kinds_are_named(triple_design):
         pl.simulate(rig, c, 1.0, disturbance=[0.1])
     with pytest.raises(TypeError, match=r"disturbance: expected pl\.Pulse.* found 0\.1"):
         pl.simulate(rig, c, 1.0, disturbance=0.1)
+    with pytest.raises(TypeError, match=r"cases: expected dicts of arguments"):
+        pl.simulate_many(rig, c, 0.1, None)
     with pytest.raises(ValueError, match=r"cases\[1\]: initial: expected 3 relative angles"):
         pl.simulate_many(rig, c, 0.1, [{}, dict(initial=(1,))])
     with pytest.raises(ValueError, match=r"filters: switched on, but rig\.filters is None"):
