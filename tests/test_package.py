@@ -3,7 +3,9 @@
 import pkgutil
 import subprocess
 import sys
+import tomllib
 from importlib import import_module
+from pathlib import Path
 
 import pytest
 
@@ -42,6 +44,14 @@ def test_import_is_lazy(use, absent):
     code = f"import sys, pendlab as pl\n{use}\nprint(*(m for m in {absent.split()} if m in sys.modules))"
     done = run(code)
     assert (done.returncode, done.stdout.strip()) == (0, ""), done.stderr
+
+
+def test_a_wheel_carries_every_package():
+    root = Path(__file__).parents[1]
+    setup = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
+    folders = {path.parent.relative_to(root) for path in root.glob("pendlab/**/*.py")}
+    folders = {".".join(folder.parts) for folder in folders}
+    assert {*setup["tool"]["setuptools"]["packages"]} == folders | {"pendlab.data"}
 
 
 def test_unknown_name():
