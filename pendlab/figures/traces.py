@@ -129,7 +129,7 @@ def pushes_figure(maps):
                 color=look(angle_name(i + 1))["color"],
                 label=f"link {i + 1}, {name}",
             )
-    ax.set(xlabel="length of the pulse, ms", ylabel="largest height that is recovered")
+    ax.set(xlabel="length of the pulse, ms", ylabel="largest height recovered, N m (forces: N)")
     ax.legend(ncols=len(maps))
     short = "; ".join(
         f"{name}: " + ", ".join(f"{1000 * i:.0f}" for i in found_.impulses[:, 0])
@@ -137,7 +137,7 @@ def pushes_figure(maps):
     )
     return describe(
         fig,
-        f"Impulse (height times length, in thousandths) of the shortest pulse on links 1 to "
+        f"Impulse (height times length, mN m s, for forces mN s) of the shortest pulse on links 1 to "
         f"{len(found_.heights)} that is recovered: {short}.",
         "Largest recovered pulse height over pulse length on logarithmic axes; short pulses fall "
         f"on lines of equal impulse. {short}.",
