@@ -393,6 +393,18 @@ def test_progress_bar_is_for_terminals_or_on_request(bench, capsys):
     assert capsys.readouterr().err.endswith("2/2\n")
 
 
+@pytest.mark.parametrize("start, length", [(0.0203, 0.0004), (0.0208, 0.0005), (0.0295, 0.0032)])
+def test_a_pulse_keeps_its_impulse_whatever_the_inner_step(start, length):
+    rig = pl.load("double")
+    pulse = pl.Pulse(2, start, length, 1e-4)
+    coarse, fine = (
+        pl.simulate(rig, Voltages((0.0,)), 0.1, disturbance=pulse, inner_step=step)
+        for step in (1e-3, 2e-5)
+    )
+    assert np.abs(fine.angles[-1]).min() > 0
+    np.testing.assert_allclose(coarse.angles[-1], fine.angles[-1], rtol=0.02)
+
+
 # ---- Figs 15-17: what the paper prints of them is the range of each axis
 
 PANELS = {
