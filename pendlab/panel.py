@@ -6,6 +6,7 @@ so a saved notebook keeps picture and caption, and exceptions reach the tests.
 """
 
 import time
+from collections import deque
 from contextlib import contextmanager
 from html import escape
 from weakref import finalize
@@ -51,6 +52,7 @@ class Panel:
         self._picture = Picture(view.figure, view.moving)
         self._quiet, self._seconds = False, 0.0
         self._fields, self._sliders = {}, {}
+        self._sent = {}  # positions that the code gave each slider since a hand last moved it
         width = self._picture.size[0]
         self._image = widgets.Image(
             format="png",
@@ -175,6 +177,7 @@ class Panel:
                 layout=_layout(width=f"{6.4 * len(control.label) + 88:.0f}px", flex="0 0 auto"),
             )
             self._sliders[control.name] = self._slider(control, continuous)
+            self._sent[control.name] = deque([control.position_of(control.value)], maxlen=20)
             parts = [field, self._sliders[control.name]]
         field.observe(weakly(self._typed, control.name), "value")
         self._fields[control.name] = field
@@ -201,13 +204,25 @@ class Panel:
 
     def _slid(self, name, change):
         control, position = self.controls[name], change["new"]
-        # The browser puts a slider onto its nearest step when it appears; that is not a move, and
-        # must not change a value such as 3 that lies between two steps.
-        apart = abs(position - control.position_of(self._fields[name].value))
-        if not self._quiet and apart > 0.51 * control.span[2]:
+        # The browser puts a slider onto its nearest step when it appears, and may say so after the
+        # code has moved on. That is not a move: it must not change a value such as 3 that lies
+        # between two steps, nor bring an earlier value back.
+        near = 0.51 * control.span[2]
+        if self._quiet:
+            return
+        echo = next((sent for sent in self._sent[name] if abs(position - sent) <= near), None)
+        if echo is not None:
+            current = control.position_of(self._fields[name].value)
+            if echo != current:
+                self._sent[name].remove(echo)  # said once; the next time it is a hand
             with self._silence():
-                self._fields[name].value = control.value_at(position)
-            self._redraw()
+                self._sliders[name].value = current
+            return
+        self._sent[name].clear()  # a hand is on the slider now
+        with self._silence():
+            self._fields[name].value = control.value_at(position)
+        self._sent[name].append(position)
+        self._redraw()
 
     def _typed(self, name, _):
         if not self._quiet:
@@ -223,7 +238,9 @@ class Panel:
 
     def _set(self, name, value):
         if name in self._sliders:
-            self._sliders[name].value = self.controls[name].position_of(value)
+            position = self.controls[name].position_of(value)
+            self._sent[name].append(position)
+            self._sliders[name].value = position
         self._fields[name].value = value
 
     @contextmanager

@@ -58,6 +58,11 @@ def lab(tmp_path_factory):
         nbformat.v4.new_code_cell(f"import pendlab as pl\n\npl.{call}", id=f"widget-{k}")
         for k, call in enumerate(WIDGETS)
     ]
+    mover = "mover = pl.bar_panel()\nmover", "mover.at(bar1=0.03)", "mover.at(bar1=0.0)"
+    cells += [
+        nbformat.v4.new_code_cell(source, id=f"mover-{k}")
+        for k, source in enumerate((*mover, "print(mover.values)"))
+    ]
     kernel = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
     notebook = nbformat.v4.new_notebook(cells=cells, metadata={"kernelspec": kernel})
     nbformat.write(notebook, home / "widgets.ipynb")
@@ -239,6 +244,17 @@ def test_impossible_value_shows_its_sentence(widgets, call):
     field.fill(good)
     field.press("Enter")
     sentence.wait_for(state="detached", timeout=30_000)
+
+
+def test_values_stay_where_the_code_put_them(widgets):
+    """After Run All the browser reports, late, where it drew the slider; that must change nothing."""
+    page, _ = widgets
+    last = page.locator(".jp-CodeCell").last
+    last.scroll_into_view_if_needed()
+    last.locator(".cm-content").click()
+    page.keyboard.press("Control+Enter")
+    settled(page)
+    assert "'bar1': 0.0," in last.locator(".jp-OutputArea-output").inner_text()
 
 
 def test_nothing_is_wider_than_a_lab_pc(widgets):

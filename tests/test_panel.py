@@ -75,6 +75,17 @@ def test_slider_that_settles_on_its_nearest_step_changes_nothing(made):
     assert made.values["k"] == 3.55
 
 
+def test_late_word_from_the_browser_does_not_bring_an_earlier_value_back(made):
+    """Run All: the code moves on before the browser has told where it put the slider."""
+    made.at(k=3.0)  # between two steps; the browser will put the slider onto 3.16
+    made.at(k=0.02)
+    made._sliders["k"].value = 0.5
+    assert made.values["k"] == 0.02
+    assert made._sliders["k"].value == pytest.approx(np.log10(0.02))
+    made._sliders["k"].value = 0.5  # the second time it is a hand
+    assert made.values["k"] == 3.16
+
+
 def test_lowest_notch_of_a_slider_with_zero_is_zero(made):
     made._sliders["k"].value = made._sliders["k"].min
     assert made.values["k"] == 0.0 and made.caption == "slope 0, up"
