@@ -163,6 +163,18 @@ def settled(page):
     assert page.locator(".jp-RenderedText:has-text('Traceback')").count() == 0
 
 
+def test_start_page_runs(browser, lab):
+    complaints = []
+    page = opened(browser, f"{lab}/start/tree/start.ipynb?token=lab", complaints)
+    keep(page, "start")
+    page.locator("text=all well").first.wait_for(timeout=60_000)
+    page.locator("text=Your rig is loaded").first.wait_for(timeout=120_000)
+    settled(page)
+    keep(page, "start")
+    assert complaints == []
+    page.close()
+
+
 @pytest.fixture(scope="module")
 def widgets(browser, lab):
     """The page with all widgets, and what the browser complained about."""
@@ -267,15 +279,3 @@ def test_nothing_is_wider_than_a_lab_pc(widgets):
 def test_browser_has_nothing_to_complain_about(widgets):
     _, complaints = widgets
     assert complaints == []
-
-
-def test_start_page_runs(browser, lab):
-    complaints = []
-    page = opened(browser, f"{lab}/start/tree/start.ipynb?token=lab", complaints)
-    keep(page, "start")
-    page.locator("text=all well").first.wait_for(timeout=60_000)
-    page.locator("text=Your rig is loaded").first.wait_for(timeout=120_000)
-    settled(page)
-    keep(page, "start")
-    assert complaints == []
-    page.close()
