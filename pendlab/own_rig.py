@@ -13,8 +13,8 @@ def my_rig(who, base="double", spread=0.06):
 
     Lengths, masses, inertias, centres of mass, friction and motors differ from those of `base` by
     up to `spread`, each by its own factor; filters and limits stay. A pendulum with a driven upper
-    hinge stays stabilisable, and with the default spread the paper's weights balance all of the many that
-    the tests try, filters included.
+    hinge stays stabilisable, and with the default spread the paper's weights balance all of the
+    many that the tests try, filters included.
 
     Parameters
     ----------

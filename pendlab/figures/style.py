@@ -4,8 +4,6 @@ Nothing here changes matplotlib's global settings: figure functions wear ``@styl
 `STYLE` while they run. Figures are Agg figures outside pyplot, so none lingers in memory.
 """
 
-import base64
-import html
 import io
 from contextlib import contextmanager
 
@@ -182,15 +180,6 @@ def png(fig, dpi=None, compress_level=6):
             pil_kwargs={"compress_level": compress_level},
         )
     return buffer.getvalue()
-
-
-def html_figure(fig, dpi=None):
-    """The figure as HTML with alternative text and visible caption, image included."""
-    data = base64.b64encode(png(fig, dpi)).decode()
-    return (
-        f'<figure><img alt="{html.escape(fig.alt)}" src="data:image/png;base64,{data}"/>'
-        f"<figcaption>{html.escape(fig.caption)}</figcaption></figure>"
-    )
 
 
 def save(fig, path, dpi=150):
