@@ -6,7 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 # Modules that offer commands, by ``add_commands(commands)``.
-COMMANDS = ("findings", "classroom.editions", "classroom.marking", "classroom.bundle")
+COMMANDS = ("classroom.doctor", "classroom.editions", "classroom.bundle")
 
 
 def main(arguments=None):
@@ -38,10 +38,10 @@ def add_report(commands):
 
 def report(options):
     """Scoreboard on the screen, figures as PNG and SVG in a folder."""
-    from .experiment import bench_run
     from .figures import figure, numbers, save
     from .figures.moving import animate_svg
-    from .verdicts import DIFFERS, scoreboard
+    from .paper.experiment import bench_run
+    from .paper.scoreboard import DIFFERS, scoreboard
 
     print("Recomputing every printed number ...", flush=True)
     board = scoreboard()

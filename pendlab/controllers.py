@@ -6,7 +6,7 @@ from typing import NamedTuple
 import control
 import numpy as np
 
-from ._checks import array, found, number, numbers, whole
+from ._arguments import array, found, number, numbers, whole
 from .observers import Observer
 
 

@@ -3,7 +3,7 @@
 import control
 import numpy as np
 
-from ._checks import array, state_space
+from ._arguments import array, state_space
 
 
 def lqr(model, Q, R):

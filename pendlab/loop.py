@@ -5,7 +5,6 @@ A loop is a square control.StateSpace L with closed loop u = -L u: L = P G broke
 """
 
 from dataclasses import dataclass
-from itertools import pairwise
 from typing import NamedTuple
 
 import control
@@ -13,7 +12,7 @@ import numpy as np
 from scipy.linalg import schur
 from scipy.optimize import brentq
 
-from ._checks import array, found, number, state_space, whole
+from ._arguments import array, found, number, state_space, whole
 from .controllers import Controller
 
 ON_CIRCLE = 1e-8  # an eigenvalue this close to the unit circle counts as on it (the integrator)
@@ -113,7 +112,7 @@ def broken_at(loop, index):
 
     The other inputs are u_o = -C_o x, so A becomes A - B_o C_o.
     """
-    _sampled_loop(loop)
+    check_loop(loop)
     if whole("index", index) >= loop.ninputs:
         raise ValueError(f"index: expected 0 to {loop.ninputs - 1}, found {index}.")
     others = [j for j in range(loop.ninputs) if j != index]
@@ -123,7 +122,7 @@ def broken_at(loop, index):
     )
 
 
-def _sampled_loop(loop):
+def check_loop(loop):
     """Refuse what is no loop of this module: square, sampled, D = 0."""
     state_space("loop", loop)
     if loop.ninputs != loop.noutputs:
@@ -181,154 +180,6 @@ def return_differences(controller, plant, omega):
     return ReturnDifferences(det / Rd[:, 1, 1], det / Rd[:, 0, 0], det, sigma_min)
 
 
-class Encirclements(NamedTuple):
-    """Anticlockwise turns of det(I + L) about 0 (one input: of L about -1), and the poles."""
-
-    turns: int
-    unstable_open: int
-    unstable_closed: int
-
-    @property
-    def stable(self):
-        return self.unstable_closed == 0
-
-
-def encirclements(loop):
-    """Turns of det(I + L(z)) about 0 as z goes once round the unit circle, counted on the curve.
-
-    The contour leaves the circle outward round poles on it (the integrator at z = 1), which so
-    count as stable. By the argument principle turns = unstable open-loop poles - unstable
-    closed-loop poles; the count is held against both sets of eigenvalues.
-
-    Parameters
-    ----------
-    loop : sampled square control.StateSpace of `open_loop`, `broken_at` or `state_feedback_loop`
-
-    Raises
-    ------
-    ValueError : a closed-loop eigenvalue on the unit circle (the curve meets the critical point)
-    ArithmeticError : count and eigenvalues disagree
-    """
-    _sampled_loop(loop)
-    opened = np.linalg.eigvals(loop.A)
-    closed = np.linalg.eigvals(loop.A - loop.B @ loop.C)
-    touching = np.abs(np.abs(closed) - 1).min()
-    if touching < 1e-12:
-        raise ValueError(
-            "loop: a closed-loop eigenvalue lies on the unit circle, so the curve goes through "
-            "the critical point and no count exists; change the gain a little."
-        )
-    det, segments = _determinant(loop), _segments(opened, closed)
-    turns = 2 * sum(_phase_change(det, z_of) for z_of in segments) / (2 * np.pi)
-    count = Encirclements(
-        round(turns), int(np.sum(np.abs(opened) > 1 + ON_CIRCLE)), int(np.sum(np.abs(closed) > 1))
-    )
-    if abs(turns - count.turns) > 1e-3 or (
-        count.turns != count.unstable_open - count.unstable_closed
-    ):
-        raise ArithmeticError(
-            f"loop: counted {turns:.4f} turns, but {count.unstable_open} open-loop and "
-            f"{count.unstable_closed} closed-loop poles lie outside the unit circle."
-        )
-    return count
-
-
-def contour(loop, points=400):
-    """Upper half of the Nyquist contour: z, and det(I + L(z)) - 1 (L itself for one input)."""
-    opened = np.linalg.eigvals(loop.A)
-    segments = _segments(opened, np.linalg.eigvals(loop.A - loop.B @ loop.C))
-    z = np.concatenate([z_of(np.linspace(0, 1, points)) for z_of in segments])
-    return z, _determinant(loop)(z) - 1
-
-
-def _determinant(loop):
-    """det(I + L(z)) as a function of z."""
-    L = prepared(loop)
-    if loop.ninputs == 1:
-        return lambda z: 1 + L(z)[:, 0, 0]
-    return lambda z: np.linalg.det(np.eye(loop.ninputs) + L(z))
-
-
-def _segments(opened, closed):
-    """Pieces z(t), 0 <= t <= 1, of the upper half contour from z = 1 to z = -1."""
-    on = np.abs(np.abs(opened) - 1) <= ON_CIRCLE
-    stops = _distinct(np.abs(np.angle(opened[on])))
-    poles = np.exp(1j * np.array(stops))
-    off = np.concatenate([opened[~on], closed])
-    others = np.concatenate([off, poles, poles.conj()])
-    # The curve turns fast where an eigenvalue is near; arcs begin there, as they are dense at ends.
-    near = _distinct(np.abs(np.angle(off[np.abs(np.abs(off) - 1) < 0.3])))
-    pieces, here = [], 0.0
-    for stop in stops:
-        pole = np.exp(1j * stop)
-        distances = np.abs(others - pole)
-        radius = 0.1 * min(1e-4, distances[distances > 1e-12].min())
-        half = 2 * np.arcsin(radius / 2)  # the circle is met at the angles stop -+ half
-        first, last = max(stop - half, 0.0), min(stop + half, np.pi)
-        if first > here:
-            pieces += _arcs(here, first, near)
-        pieces.append(_indentation(pole, radius, first, last, stop))
-        here = last
-    if here < np.pi:
-        pieces += _arcs(here, np.pi, near)
-    return pieces
-
-
-def _arcs(start, stop, near):
-    """Arcs of the circle from start to stop, parted at the angles `near`."""
-    inside = [angle for angle in near if start + 1e-6 < angle < stop - 1e-6]
-    corners = [start, *inside, stop]
-    return [_arc_of_circle(a, b) for a, b in pairwise(corners)]
-
-
-def _arc_of_circle(start, stop):
-    """Angles from start to stop, dense towards both ends."""
-
-    def z_of(t):
-        t = np.asarray(t)
-        width, least = stop - start, 1e-7
-        near = np.where(t < 0.5, t, 1 - t)
-        offset = least * ((width / (2 * least)) ** (2 * near) - 1) * width / (width - 2 * least)
-        return np.exp(1j * np.where(t < 0.5, start + offset, stop - offset))
-
-    return z_of
-
-
-def _indentation(pole, radius, first, last, stop):
-    """Outward arc round a pole on the unit circle, from e^(j first) to e^(j last)."""
-    begin = pole * radius if first == stop else np.exp(1j * first) - pole
-    end = pole * radius if last == stop else np.exp(1j * last) - pole
-    turn = np.angle(end / begin) % (2 * np.pi)  # anticlockwise about the pole: outside the circle
-
-    def z_of(t):
-        return pole + begin * np.exp(1j * turn * np.asarray(t))
-
-    return z_of
-
-
-def _distinct(angles):
-    kept = []
-    for angle in sorted(map(float, angles)):
-        if not kept or angle - kept[-1] > 1e-6:
-            kept.append(angle)
-    return kept
-
-
-def _phase_change(det, z_of, largest=0.3):
-    """Change of arg det(I + L) along one piece, refined until no step exceeds `largest` rad."""
-    t = np.linspace(0, 1, 201)
-    values = det(z_of(t))
-    for _ in range(40):
-        steps = np.angle(values[1:] / values[:-1])
-        wide = np.flatnonzero(np.abs(steps) > largest)
-        if not len(wide):
-            break
-        middle = (t[wide] + t[wide + 1]) / 2
-        t = np.insert(t, wide + 1, middle)
-        values = np.insert(values, wide + 1, det(z_of(middle)))
-    return float(np.sum(np.angle(values[1:] / values[:-1])))
-
-
 @dataclass(frozen=True)
 class Margins:
     """Stability margins of a single loop; frequencies in rad/s, phase in rad.
@@ -362,7 +213,7 @@ def margins(loop, points=2000):
     L(e^(j omega dt)) is real at omega = pi/dt always, and at omega = 0 where no integrator is;
     both ends count as crossings of the real axis.
     """
-    _sampled_loop(loop)
+    check_loop(loop)
     if loop.ninputs != 1:
         raise ValueError(
             f"loop: margins belong to one input and one output, found {loop.ninputs} x "

@@ -7,7 +7,7 @@ derivatives; the outputs are the relative angles and the rate of the lowest link
 import control
 import numpy as np
 
-from ._checks import array, found, numbers, state_space
+from ._arguments import array, found, numbers, state_space
 from .lagrange import derive
 from .parameters import Filters, Pendulum
 

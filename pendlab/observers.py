@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import null_space, solve_sylvester
 from scipy.optimize import minimize
 
-from ._checks import array, state_space
+from ._arguments import array, state_space
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-from ._checks import found, number, numbers
+from ._arguments import found, number, numbers
 
 HERE = Path(__file__).parent
 # In the repository data/ stands beside the package; an installed wheel carries it inside.

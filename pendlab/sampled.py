@@ -3,7 +3,7 @@
 import control
 import numpy as np
 
-from ._checks import found, number, state_space
+from ._arguments import found, number, state_space
 
 
 def sample(plant, dt=0.01, delay=0.0):

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 
 import pendlab as pl
-from pendlab.checks import exercises
-from pendlab.checks.judging import choose, compare
+from pendlab.classroom.checks import exercises
+from pendlab.classroom.checks.judging import choose, compare
 from pendlab.design import Design
 
 

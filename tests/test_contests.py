@@ -1,14 +1,12 @@
 """The contest on the bench: fixed, bounded, and fair to what crashes."""
 
 import json
-from typing import NamedTuple
 
 import numpy as np
 import pytest
 
 import pendlab as pl
-from pendlab.classroom.answers import decode, encode
-from pendlab.contests import HEIGHTS, SECONDS, play, points, rounds
+from pendlab.classroom.contest import HEIGHTS, SECONDS, play, points, rounds
 
 
 def papers(rig):
@@ -115,14 +113,3 @@ def test_bad_input():
         pl.contest(papers, season=-1)
     with pytest.raises(TypeError, match="score: expected what"):
         pl.write_leaderboard("x.json", "Ada", 99.0)
-
-
-def test_a_controllers_state_keeps_its_names_on_the_way_to_the_marker():
-    objects = []
-    keep = lambda value: objects.append(value) or len(objects) - 1  # noqa: E731
-    state = pl.ControllerState(np.array([1.0, 2.0]), np.array([3.0]))
-    u, back = decode(encode((np.array([0.5]), state), keep), objects.__getitem__)
-    assert isinstance(back, pl.ControllerState)
-    assert (u[0], *back.v, *back.w) == (0.5, 1.0, 2.0, 3.0)
-    own = type("Own", (NamedTuple("Own", [("a", int)]),), {"__module__": "__main__"})(7)
-    assert decode(encode(own, keep), objects.__getitem__) is own

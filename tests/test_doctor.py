@@ -3,7 +3,7 @@
 import pytest
 
 import pendlab as pl
-from pendlab import findings as clinic
+from pendlab.classroom import doctor as clinic
 
 
 def test_all_well_here_and_short_in_a_notebook():
@@ -49,7 +49,7 @@ def test_closed_ports_are_found(monkeypatch):
 def test_unwritable_folders_are_found(monkeypatch, tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("")
-    monkeypatch.setattr("pendlab.generated.cache_folders", lambda: [blocked / "cache"])
+    monkeypatch.setattr("pendlab.bench.generated.cache_folders", lambda: [blocked / "cache"])
     assert "PENDLAB_CACHE" in finding("compiler cache").advice
 
 

@@ -11,8 +11,8 @@ from nbclient.exceptions import CellExecutionError
 from refresh_notebooks import ROOT, notebooks
 
 import pendlab as pl
-from pendlab import checks
 from pendlab.__main__ import main
+from pendlab.classroom import checks
 from pendlab.classroom import exercises as paper
 from pendlab.classroom.editions import stamp, student, teacher
 from pendlab.classroom.handout import html, markdown, mathml, prepared

@@ -12,9 +12,9 @@ from test_notebooks import problems
 
 import pendlab as pl
 from pendlab import parameters
+from pendlab.bench.imperfections import switches
 from pendlab.classroom import exercises as paper
 from pendlab.classroom.editions import student
-from pendlab.imperfections import switches
 
 
 @pytest.fixture(scope="module")
@@ -284,7 +284,11 @@ def test_places_named_in_the_texts_exist():
     extending = page[page.index("## Extending") :]
     texts = [extending, *(c.source for c in notebook.cells if c.cell_type == "markdown")]
     named = set(re.findall(r"`((?:pendlab|tests|data|notebooks)/[\w./-]+)`", "\n".join(texts)))
-    assert {"pendlab/imperfections.py", "pendlab/kernel.py", "tests/test_extending.py"} <= named
-    invented = {"data/rigs/name.toml", "pendlab/checks/nb07.py"}
+    assert {
+        "pendlab/bench/imperfections.py",
+        "pendlab/bench/kernel.py",
+        "tests/test_extending.py",
+    } <= named
+    invented = {"data/rigs/name.toml", "pendlab/classroom/checks/nb07.py"}
     assert [path for path in sorted(named - invented) if not (ROOT / path).exists()] == []
     assert "(notebooks/extending.ipynb)" in extending

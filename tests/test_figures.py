@@ -14,15 +14,15 @@ from pendlab.figures.frequency import HZ, decibels, draw_nyquist, frequencies, n
 from pendlab.figures.rootlocus import draw_root_locus, root_locus
 from pendlab.figures.style import CaptionedFigure, look, new_figure, png
 from pendlab.figures.turns import full_nyquist
-from pendlab.ledger import published
 from pendlab.loop import (
     broken_at,
-    encirclements,
     frequency_response,
     margins,
     return_differences,
     state_feedback_loop,
 )
+from pendlab.nyquist import encirclements
+from pendlab.paper.ledger import published
 from pendlab.sampled import add_integrator, align
 
 COMPUTED = (6, 7, 8, 10, 11, 12, 13, 14)

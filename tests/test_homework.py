@@ -15,8 +15,8 @@ import pytest
 from refresh_notebooks import ROOT
 
 import pendlab as pl
-from pendlab.checks import exercises, hw5, hw6, hw7, hw8
 from pendlab.classroom import exercises as paper
+from pendlab.classroom.checks import exercises, hw5, hw6, hw7, hw8
 
 HOMEWORK = {path.name[:2]: path for path in sorted((ROOT / "notebooks/homework").glob("*.ipynb"))}
 

@@ -13,7 +13,8 @@ from scipy.linalg import block_diag
 from strategies import between, decades, rigs, weights
 
 import pendlab as pl
-from pendlab.loop import contour, sorted_eigenvalues, transfer
+from pendlab.loop import sorted_eigenvalues, transfer
+from pendlab.nyquist import contour
 
 NYQUIST = np.pi / 0.01
 

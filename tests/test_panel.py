@@ -9,9 +9,9 @@ import pytest
 from matplotlib.image import imread
 
 import pendlab as pl
-from pendlab import panel as module
 from pendlab.figures.picture import Picture, png_bytes
 from pendlab.figures.style import freeze_layout, new_figure
+from pendlab.widgets import panel as module
 
 
 def view(moving=True):

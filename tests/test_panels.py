@@ -12,7 +12,9 @@ from pendlab.figures.benchpage import frame
 from pendlab.figures.gains import controller_gains
 from pendlab.figures.sampling import lag
 from pendlab.figures.steps import step_response, step_words
-from pendlab.panels import bench, designs, models
+from pendlab.widgets import bench_panels as bench
+from pendlab.widgets import design_panels as designs
+from pendlab.widgets import model_panels as models
 
 MAKERS = {
     "kp": pl.kp_panel,

@@ -7,7 +7,7 @@ import pytest
 from scipy.linalg import expm
 
 from pendlab.lagrange import derive
-from pendlab.ledger import Published, published
+from pendlab.paper.ledger import Published, published
 from pendlab.parameters import FILTER_UNITS, LINK_UNITS, MOTOR_UNITS, load
 
 GOOD = '[[entry]]\nkey = "a"\nplace = "here"\nunit = "1"\nprinted = "1.0"\n'
@@ -20,7 +20,7 @@ def printed(text):
 @pytest.fixture
 def ledger(tmp_path, monkeypatch):
     """Write a ledger of one's own and read it with `published`."""
-    monkeypatch.setattr(import_module("pendlab.ledger"), "DATA", tmp_path)
+    monkeypatch.setattr(import_module("pendlab.paper.ledger"), "DATA", tmp_path)
 
     def write(text):
         (tmp_path / "published.toml").write_text(text, encoding="utf-8")

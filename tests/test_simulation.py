@@ -8,7 +8,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import pendlab as pl
-from pendlab import imperfections
+from pendlab.bench import imperfections
 
 
 @dataclasses.dataclass(frozen=True)

@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 import pendlab as pl
-from pendlab import generated
-from pendlab.generated import load_kernel
-from pendlab.plant import fastest_rate, inner_steps, plant_numbers
+from pendlab.bench import generated
+from pendlab.bench.generated import load_kernel
+from pendlab.bench.plant import fastest_rate, inner_steps, plant_numbers
 
 
 def rig_of(n, m):

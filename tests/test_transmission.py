@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pendlab as pl
-from pendlab.structured import structured_sigma
+from pendlab.studies.structured import structured_sigma
 
 PAPER = {name: pl.paper_design(name) for name in ("double", "triple")}
 BOTH = replace(

@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 
 import pendlab as pl
-from pendlab import verdicts
 from pendlab.__main__ import main
-from pendlab.paper import OBSERVERS, printed_member
-from pendlab.verdicts import DIFFERS, FITS, GIVEN, KNOWN, RECOMPUTED, REPRODUCED, Score
+from pendlab.paper import scoreboard as verdicts
+from pendlab.paper.designs import OBSERVERS, printed_member
+from pendlab.paper.scoreboard import DIFFERS, FITS, GIVEN, KNOWN, RECOMPUTED, REPRODUCED, Score
 
 
 @pytest.fixture(scope="module")

@@ -1,1 +1,1 @@
-"""Tools for a class: editions, hand-outs, marking that trusts nobody, and the offline bundle."""
+"""Tools for a class: checks, editions, hand-outs, a course, a contest, the doctor."""

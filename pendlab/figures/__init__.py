@@ -8,7 +8,7 @@ import html
 import re
 from pathlib import Path
 
-from .._checks import found
+from .._arguments import found
 from ..design import Design
 from ..parameters import load
 from . import loops, schematics, style, traces

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._checks import array
-from ..controllability import ControllabilityMeasures, controllability_measures, with_bar
+from .._arguments import array
 from ..parameters import Pendulum
+from ..studies.controllability import ControllabilityMeasures, controllability_measures, with_bar
 from .moving import check_rig, link_color
 from .style import COLORS, describe, new_figure, styled
 

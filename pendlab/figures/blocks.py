@@ -7,7 +7,7 @@ import math
 
 from matplotlib.patches import Circle, FancyBboxPatch
 
-from .._checks import number
+from .._arguments import number
 from .moving import check_rig
 from .style import COLORS, angle_name, describe, look, new_figure, styled
 

@@ -10,7 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from ..loop import Encirclements, Margins, encirclements, frequency_response, margins
+from ..loop import Margins, frequency_response, margins
+from ..nyquist import Encirclements, encirclements
 from .style import COLORS, look
 
 HZ = 2 * np.pi  # rad/s in one hertz

@@ -6,10 +6,10 @@ caption and description for another design and only changes the artists' data.
 
 import numpy as np
 
-from .._checks import found
+from .._arguments import found
 from ..design import Design
-from ..ledger import published
-from ..paper import paper_design
+from ..paper.designs import paper_design
+from ..paper.ledger import published
 from . import words
 from .frequency import draw_nyquist, draw_sigma_min, nyquist, sigma_min
 from .rootlocus import draw_root_locus, root_locus

@@ -4,7 +4,7 @@ from html import escape
 
 import numpy as np
 
-from .._checks import array, found, number
+from .._arguments import array, found, number
 from ..parameters import Pendulum
 from .style import COLORS, angle_name, look, styled
 

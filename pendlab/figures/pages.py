@@ -8,7 +8,7 @@ frames that stay, and renews caption and description.
 import numpy as np
 
 from ..loop import closed_loop_eigenvalues
-from ..paper import paper_design
+from ..paper.designs import paper_design
 from ..sampled import alignment_interval
 from .frequency import draw_loops, draw_sigma_min, nyquist, sigma_min
 from .gains import controller_gains, draw_gains

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
 
-from .._checks import array, found, number
+from .._arguments import array, found, number
 from ..sampled import align
 from .arrows import arrowheads, point
 from .style import COLORS, look

@@ -5,10 +5,10 @@ Every panel can be moved: ``draw_...`` creates the artists once and returns ``up
 
 import numpy as np
 
-from .._checks import found
-from ..experiment import bench_run, fill, signals
-from ..ledger import published
-from ..simulation import Run
+from .._arguments import found
+from ..bench.simulation import Run
+from ..paper.experiment import bench_run, fill, signals
+from ..paper.ledger import published
 from .style import angle_name, describe, freeze_layout, look, new_figure, styled
 
 # Panel -> what it shows; the letters of the paper's figures in this order.

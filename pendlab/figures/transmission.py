@@ -6,10 +6,10 @@ from label to `Design` and have ``fig.update(designs)`` for as many others.
 
 import numpy as np
 
-from .._checks import found
+from .._arguments import found
 from ..design import Design
 from ..loop import frequency_response
-from ..transmission import closed_loop, peak_gain
+from ..studies.transmission import closed_loop, peak_gain
 from .style import COLORS, angle_name, describe, freeze_layout, look, new_figure, styled
 
 HZ = 2 * np.pi

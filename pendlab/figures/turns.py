@@ -10,7 +10,8 @@ from functools import cached_property
 
 import numpy as np
 
-from ..loop import ON_CIRCLE, Encirclements, contour, encirclements, sorted_eigenvalues
+from ..loop import ON_CIRCLE, sorted_eigenvalues
+from ..nyquist import Encirclements, contour, encirclements
 from .arrows import arrowheads, point
 from .frequency import CRITICAL
 from .style import COLORS, look

@@ -5,8 +5,8 @@ Each function returns (caption, alt). Words about the paper's numbers appear for
 
 import numpy as np
 
-from ..ledger import published
-from ..paper import paper_design
+from ..paper.designs import paper_design
+from ..paper.ledger import published
 from .frequency import HZ, decibels
 
 

@@ -18,8 +18,8 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 import pendlab as pl
-from pendlab.generated import load_kernel
-from pendlab.plant import inner_steps, plant_numbers
+from pendlab.bench.generated import load_kernel
+from pendlab.bench.plant import inner_steps, plant_numbers
 
 HERE = Path(__file__).parent
 T_END = 37.0

@@ -1,0 +1,1 @@
+"""The rig in software: imperfections, kernel, equations generated from the derivation, simulation."""

@@ -1,0 +1,154 @@
+"""Homework 1: sampling period and filters of one's own."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..._arguments import number
+from ...bench.imperfections import Imperfections
+from ...bench.simulation import simulate
+from ...loop import frequency_response
+from .acceptance import modulus_margins, reference, small_margins, unstable, verdict, wrong_design
+from .judging import Verdict, compare
+
+PASS = 1e-3  # s, the paper's steps 1 to 6 for the triple
+LOAD, HUM_HZ, HUM, HUM_VOLTS, LOWEST, MARGIN = 0.2, 50.0, 1e-3, 1.0, 5.0, 0.25
+SMOOTHING = 3  # factor by which the motors' filters weaken the sampling frequency
+
+
+def exercise_1(delays, rig=None):
+    design = reference(rig)
+    hold = design.dt / 2
+    cuts = np.array([design.rig.filters.input_hz[1], design.rig.filters.output_hz[2]])
+    truth = np.array([hold, *(1 / (2 * np.pi * cuts))])
+    return compare(
+        "delays",
+        delays,
+        truth,
+        mistakes=[
+            ([2 * hold, *truth[1:]], "The hold delays by less than a whole period: think of the "
+             "staircase's mean."),
+            ([hold, *(1 / cuts)], "The cut-offs are in hertz; arctan(w/w_c) needs rad/s for both."),
+            ([2 * hold, *(1 / cuts)], "Two things: the hold's mean delay, and hertz against rad/s."),
+            (truth[[0, 2, 1]], "Motor filter before sensor filter, please."),
+        ],
+    )  # fmt: skip
+
+
+def exercise_2(alias, rig=None):
+    if not callable(alias):
+        return Verdict(False, f"Expected your function alias(f, dt), found {type(alias).__name__}.")
+    cases = [(3, 0.01), (50, 0.02), (50, 0.01), (97, 0.01), (60, 0.01), (130, 0.008), (460, 0.005)]
+    for f, dt in cases:
+        found = number("alias(f, dt)", float(alias(f, dt)))
+        # What a sampled cosine of f looks like decides, not a formula.
+        n = np.arange(64)
+        same = np.cos(2 * np.pi * f * n * dt) - np.cos(2 * np.pi * found * n * dt)
+        if not -1e-9 <= found <= 0.5 / dt + 1e-9:
+            return Verdict(
+                False, f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz; an alias lies from 0 to "
+                "half the sampling frequency."
+            )  # fmt: skip
+        if np.abs(same).max() > 1e-6:
+            return Verdict(
+                False, f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz, but the samples of the "
+                "two cosines differ. Which multiple of 1/dt is nearest?"
+            )  # fmt: skip
+    return Verdict(True, "The samples of both cosines agree in every case tried.")
+
+
+def exercise_3(longest, rig=None):
+    longest = number("longest", longest, above=0)
+    if longest > 0.2:
+        return Verdict(False, "A period in seconds is asked for; this one would be very long.")
+
+    def least(dt):
+        design = replace(reference(rig), dt=dt)
+        return min(modulus_margins(design, filters=False))
+
+    here, beyond = least(longest), least(1.05 * longest)
+    if here < MARGIN:
+        return Verdict(
+            False,
+            f"Without filters the smaller modulus margin is {here:.3f} there, under {MARGIN}.",
+        )
+    if beyond >= MARGIN:
+        return Verdict(
+            False, f"Still {here:.3f} there, and {beyond:.3f} at a period 5 % longer: go on."
+        )
+    return Verdict(True, f"The smaller margin is {here:.3f}, and under {MARGIN} 5 % further on.")
+
+
+def exercise_4(design, rig=None):
+    def shortfalls():
+        yield wrong_design(design, rig, any_filters=True)
+        if PASS / design.dt > LOAD + 1e-9:
+            yield (
+                f"One pass takes 1 ms, so at dt = {1000 * design.dt:.3g} ms the computer is busy "
+                f"{PASS / design.dt:.0%} of the time; at most {LOAD:.0%} is allowed."
+            )
+        seen = abs(HUM_HZ - round(HUM_HZ * design.dt) / design.dt)
+        if seen < LOWEST:
+            yield (
+                f"Sampled at {1 / design.dt:.4g} Hz, the mains' 50 Hz turns up at {seen:.2g} Hz, "
+                "where it looks like a motion of the pendulum; no voltage will show it, the "
+                f"pendulum will. Keep it above {LOWEST:g} Hz."
+            )
+        smoothing = np.hypot(1, 1 / design.dt / max(design.rig.filters.input_hz))
+        if smoothing < SMOOTHING:
+            yield (
+                f"The faster motor filter weakens the staircase's {1 / design.dt:.4g} Hz by a factor "
+                f"of {smoothing:.2f} only; {SMOOTHING} is asked for."
+            )
+        yield unstable(design.filtered_loop)
+        yield small_margins(design, (MARGIN, MARGIN))
+        volts = hum_volts(design)
+        if volts > HUM_VOLTS:
+            yield (
+                f"The hum moves motor 1 by {volts:.2f} V, {HUM_VOLTS:g} V is allowed; the sensors' "
+                "filters and the period both have a say in it."
+            )
+
+    return verdict(
+        shortfalls(),
+        lambda: "Margins {:.2f} and {:.2f}, hum {:.2f} V.".format(
+            *modulus_margins(design), hum_volts(design)
+        ),
+    )
+
+
+def hum_volts(design):
+    """Amplitude of u1 for hum on the three angles' cables, before the sensors' filters."""
+    omega = np.array([2 * np.pi * HUM_HZ])
+    P, G = (frequency_response(s, omega)[0] for s in (-design.controller.system, design.filtered))
+    cuts = np.array(design.rig.filters.output_hz)
+    arriving = np.array([HUM, HUM, HUM, 0]) / (1 + 1j * HUM_HZ / cuts)
+    return float(np.abs(np.linalg.solve(np.eye(len(P)) + P @ G, P @ arriving))[0])
+
+
+def exercise_5(design, lean, rig=None):
+    first = exercise_4(design, rig=rig)
+    if not first:
+        return Verdict(False, f"The design first (exercise 4): {first.message}")
+    lean = number("lean", lean, above=0)
+    if lean > 0.5:
+        return Verdict(False, "The lean is in radians; this one is nearly lying down.")
+    if not recovers(design, lean):
+        return Verdict(False, f"From {lean:.4f} rad your pendulum does not come back in 6 s.")
+    if recovers(design, 1.05 * lean):
+        return Verdict(False, f"It still comes back from {1.05 * lean:.4f} rad: lean further.")
+    share = released(design, lean).saturated[0]
+    return Verdict(
+        True, f"From {lean:.3f} rad it comes back, from 5 % more it does not; motor 1 spends "
+        f"{share:.0%} of the time at its limit."
+    )  # fmt: skip
+
+
+def recovers(design, lean):
+    run = released(design, lean)
+    return not run.fell and float(np.abs(run.angles[run.t > 5]).max()) < 0.05
+
+
+def released(design, lean):
+    bench = Imperfections(filters=True, saturation=True, delay=PASS)
+    return simulate(design.rig, design.controller, 6, initial=[lean, 0, 0], imperfections=bench)

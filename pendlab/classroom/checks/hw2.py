@@ -1,0 +1,148 @@
+"""Homework 2: E = diag(alpha, beta) and what it costs."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..._arguments import number
+from ...observers import dynamics, observer_family
+from .acceptance import (
+    design_noise,
+    modulus_margins,
+    reference,
+    small_margins,
+    too_noisy,
+    unstable,
+    verdict,
+    wrong_design,
+)
+from .judging import Verdict, compare
+
+KP = 5.0
+DEAREST, SPREAD, QUIETER, APART, SLOWEST = 1.5, 0.1, 0.85, 0.05, 0.95
+
+
+def exercise_1(freedom, rig=None):
+    design = reference(rig, KP)
+    truth = [choices(design.model, E) for E in ((0.9, 0.9), (0.9, 0.8))]
+    return compare(
+        "freedom",
+        freedom,
+        truth,
+        mistakes=[
+            ([4, 4], "That is the dimension of the null space. Which of these choices leave every "
+             "estimate as it is?"),
+            ([0, 4], "The equal case is right. With two different eigenvalues, is every number that "
+             "you choose seen in the estimate? Scale one row of T."),
+            ([3, 3], "One common factor of T drops out, but that is not all."),
+        ],
+    )  # fmt: skip
+
+
+def choices(model, E):
+    """Directions in the family in which the transfer from y to the estimate changes."""
+    family = observer_family(model, E)
+    c0 = np.linspace(1, 2, family.dimension) * (-1) ** np.arange(family.dimension)
+
+    def estimator(c):
+        o = family.member(c)
+        z = np.exp(1j * np.array([0.1, 0.7, 2.0]))
+        inverse = np.linalg.inv(z[:, None, None] * np.eye(len(o.E)) - o.E)
+        return np.ravel(o.L1 + o.L2 @ inverse @ o.K)
+
+    slope = np.array([estimator(c0 + e) - estimator(c0 - e) for e in 1e-5 * np.eye(len(c0))])
+    values = np.linalg.svd(slope / np.abs(estimator(c0)).max(), compute_uv=False)
+    return int(np.sum(values > 1e-8))
+
+
+def exercise_2(alpha, rig=None):
+    alpha = number("alpha", alpha)
+    if not 0 <= alpha < 1:
+        return Verdict(False, "alpha should be from 0 up to, but not including, 1.")
+    design = reference(rig, KP)
+
+    def noise(value):
+        return design_noise(replace(design, E=(value, value)))[0]
+
+    limit = DEAREST * noise(0.9)
+    if noise(alpha) > limit:
+        return Verdict(
+            False, f"At your alpha motor 1 shakes with {noise(alpha):.2f} V, {limit:.2f} V is the "
+            "limit."
+        )  # fmt: skip
+    if noise(max(alpha - 0.02, 0)) <= limit:
+        return Verdict(
+            False, f"{noise(alpha):.2f} V is within the limit of {limit:.2f} V, but an observer "
+            "faster by 0.02 would be too."
+        )  # fmt: skip
+    return Verdict(True, f"{noise(alpha):.2f} V, and 0.02 faster would exceed the limit.")
+
+
+def exercise_3(*pair, rig=None):
+    if len(pair) != 2:
+        return Verdict(False, "Two designs are asked for: pl.check(..., one, other, rig=rig).")
+
+    def shortfalls():
+        for design in pair:
+            yield wrong_design(design, rig)
+            yield too_slow(design)
+            yield unstable(design.filtered_loop)
+        one, other = pair
+        if not np.allclose(one.family.E, other.family.E):
+            yield "Both should have the same E: it is the member of the family that may differ."
+        if not np.allclose(one.F, other.F) or one.kp != other.kp:
+            yield "Both should have the same F and k_p: only the observer may differ."
+        apart = abs(modulus_margins(one)[0] - modulus_margins(other)[0])
+        if apart < SPREAD:
+            yield (
+                f"Their margins at input 1 differ by {apart:.3f}, {SPREAD} is asked for"
+                + (", and with equal eigenvalues they always agree." if same(one) else ".")
+            )
+
+    return verdict(shortfalls(), lambda: "One E, one F, and two very different loops.")
+
+
+def same(design):
+    values = np.linalg.eigvals(dynamics(design.E))
+    return abs(values[0] - values[1]) < 1e-6
+
+
+def too_slow(design):
+    slowest = np.abs(np.linalg.eigvals(design.family.E)).max()
+    if slowest > SLOWEST + 1e-9:
+        return (
+            f"E has an eigenvalue of magnitude {slowest:.3f}: an estimate that starts wrong stays "
+            f"wrong for too long; at most {SLOWEST} is allowed."
+        )
+    return None
+
+
+def exercise_4(design, rig=None):
+    start = reference(rig, KP)
+    limit = QUIETER * design_noise(start)[0]
+
+    def shortfalls():
+        yield wrong_design(design, rig)
+        values = np.linalg.eigvals(design.family.E)
+        if abs(values[0] - values[1]) < APART:
+            yield (
+                "The eigenvalues of your E are (nearly) equal, so that the choice of a member "
+                f"changes nothing; keep them at least {APART} apart."
+            )
+        yield too_slow(design)
+        yield unstable(design.filtered_loop)
+        yield small_margins(design, np.array(modulus_margins(start)) - 1e-6)
+        yield too_noisy(design_noise(design)[0], limit)
+
+    return verdict(
+        shortfalls(),
+        lambda: (
+            "Margins {:.3f} and {:.3f} at {:.2f} V of noise; the paper's E = diag(0.9, 0.9) has "
+            "{:.3f} and {:.3f} at {:.2f} V.".format(
+                *modulus_margins(design),
+                design_noise(design)[0],
+                *modulus_margins(start),
+                design_noise(start)[0],
+            )
+        ),
+    )

@@ -1,0 +1,120 @@
+"""Homework 4: faster offset rejection at equal margins."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..._arguments import number
+from ...bench.imperfections import Imperfections
+from ...bench.simulation import simulate
+from ...loop import closed_loop_eigenvalues
+from .acceptance import modulus_margins, reference, small_margins, unstable, verdict, wrong_design
+from .judging import Verdict, compare
+
+KP = 5.0
+SLOWEST, WANTED, OFFSET, BAND, SETTLED, PEAK = 20.0, 5.0, 0.003, 0.01, 10.0, 0.2
+
+
+def time_constant(loop):
+    """Of the slowest closed-loop motion, s; infinite where it does not decay."""
+    largest = np.abs(closed_loop_eigenvalues(loop)[0])
+    return -loop.dt / np.log(largest) if largest < 1 else np.inf
+
+
+def exercise_1(tau, rig=None):
+    design = reference(rig, KP)
+    truth = time_constant(design.nominal_loop)
+    return compare(
+        "tau",
+        tau,
+        truth,
+        tolerance=5e-3,
+        mistakes=[
+            (truth / design.dt, "That is counted in samples; how long is one?"),
+            (truth * np.log(2), "That is the half-life; a time constant is the decay to 1/e."),
+            (1 / np.abs(1 - np.exp(-design.dt / truth)), "Samples again, and by 1/(1 - z)."),
+        ],
+    )
+
+
+def exercise_2(weight, rig=None):
+    weight = number("weight", weight, above=0)
+    design = reference(rig, KP)
+    faster = replace(design, Q=(*design.Q[:-1], weight))
+    tau = time_constant(faster.nominal_loop)
+    if abs(tau - SLOWEST) > 0.05 * SLOWEST:
+        return Verdict(
+            False, f"With this weight the slowest motion has {tau:.3g} s, {SLOWEST:g} s is asked "
+            "for. By which power of the weight does the time change?"
+        )  # fmt: skip
+    return Verdict(True, f"The slowest motion takes {tau:.2f} s.")
+
+
+def exercise_3(design, rig=None):
+    start = reference(rig, KP)
+
+    def shortfalls():
+        yield wrong_design(design, rig)
+        yield unstable(design.filtered_loop)
+        tau = time_constant(design.filtered_loop)
+        if tau > WANTED:
+            yield (
+                f"With filters the slowest motion has a time constant of {tau:.3g} s, at most "
+                f"{WANTED:g} s is asked for."
+            )
+        yield small_margins(design, np.array(modulus_margins(start)) - 1e-6)
+
+    return verdict(
+        shortfalls(),
+        lambda: (
+            "{:.2f} s at margins of {:.3f} and {:.3f}, where the start had {:.3f} and {:.3f}.".format(
+                time_constant(design.filtered_loop),
+                *modulus_margins(design),
+                *modulus_margins(start),
+            )
+        ),
+    )
+
+
+def exercise_4(design, rig=None):
+    first = exercise_3(design, rig=rig)
+    if not first:
+        return Verdict(False, f"The linear requirements first (exercise 3): {first.message}")
+    bench = Imperfections(filters=True, saturation=True, offset=(OFFSET, 0, 0, 0))
+    run = simulate(design.rig, design.controller, 30, imperfections=bench)
+    step = simulate(
+        design.rig, design.controller, 30, reference=0.2,
+        imperfections=replace(bench, offset=0.0),
+    )  # fmt: skip
+
+    def shortfalls():
+        if run.fell:
+            yield f"With the offset the nonlinear pendulum falls after {run.fell_at:.2f} s."
+        settled, peak = settling(run), np.abs(run.angles[:, 1]).max()
+        if settled > SETTLED:
+            yield (
+                f"theta2 - theta1 enters {BAND} rad for good after {settled:.1f} s, {SETTLED:g} s is "
+                "asked for."
+            )
+        if peak > PEAK:
+            yield (
+                f"On the way theta2 - theta1 swings out to {peak:.3f} rad, {PEAK} is allowed: the "
+                "offset is rejected fast in the end and believed too much at first."
+            )
+        if run.saturated.any():
+            yield f"A motor is at its limit in {run.saturated.max():.1%} of the samples."
+        if step.fell or abs(step.angles[-1, 1] - 0.2) > BAND:
+            yield "An attitude step of 0.2 rad is not followed within 30 s."
+
+    return verdict(
+        shortfalls(),
+        lambda: (
+            f"Settled after {settling(run):.1f} s, peak {np.abs(run.angles[:, 1]).max():.3f} rad."
+        ),
+    )
+
+
+def settling(run):
+    """Time from which theta2 - theta1 stays within BAND, s."""
+    outside = np.flatnonzero(np.abs(run.angles[:, 1]) > BAND)
+    return float(run.t[outside[-1]]) + run.dt if len(outside) else 0.0

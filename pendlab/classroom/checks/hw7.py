@@ -1,0 +1,162 @@
+"""Homework 7: does a horizontal bar help?"""
+
+from dataclasses import replace
+
+import numpy as np
+
+from ..._arguments import number, whole
+from ...bench.imperfections import Imperfections
+from ...bench.simulation import simulate
+from ...design import Design
+from ...parameters import Link, Pendulum
+from ...studies.controllability import controllability_measures, recoverable_tilt, with_bar
+from .acceptance import own_rig, unstable, verdict
+from .judging import Verdict
+
+TUBE = 0.2  # kg/m
+LONGEST, HEAVIEST = 1.5, 0.2  # m, kg at each end
+BETTER, FOOLED, BEYOND = 1.3, 0.9, 1.05
+EXAMPLE = 0.05  # kg m^2
+
+
+def weigh(length, ends):
+    """(inertia about the middle, mass) of a tube with a weight at each end."""
+    mass = TUBE * length
+    return mass * length**2 / 12 + 2 * ends * (length / 2) ** 2, mass + 2 * ends
+
+
+def barred(rig, link, length, ends, height):
+    inertia, mass = weigh(length, ends)
+    return with_bar(rig, link, inertia, mass, height)
+
+
+def exercise_1(function, rig=None):
+    if not callable(function):
+        return Verdict(False, f"Expected your function carry, found {type(function).__name__}.")
+    rig = own_rig(rig)
+    for i, link in enumerate(rig.links, 1):
+        for bar in ((0.05, 0.0, 0.1), (0.05, 0.3, 0.0), (0.1, 0.5, link.com), (0.02, 0.2, 0.25)):
+            truth, found = with_bar(rig, i, *bar).links[i - 1], function(link, *bar)
+            if not isinstance(found, Link):
+                return Verdict(False, f"carry must return a pl.Link, found {type(found).__name__}.")
+            for name in ("mass", "com", "inertia", "length", "friction"):
+                if not np.isclose(getattr(found, name), getattr(truth, name), rtol=1e-6):
+                    return Verdict(False, _carry_hint(name, found, truth, link, bar))
+    return Verdict(True, "Mass, centre of mass and inertia follow as they should.")
+
+
+def _carry_hint(name, found, truth, link, bar):
+    inertia, mass, height = bar
+    if name == "inertia":
+        near = link.inertia + inertia
+        if np.isclose(found.inertia, near):
+            return "The two centres are apart: each part adds mass times distance squared."
+        about_old = near + mass * (height - link.com) ** 2
+        if np.isclose(found.inertia, about_old) and mass:
+            return "Distances count from the *new* centre of mass, which has moved for both parts."
+    if name == "com":
+        return "The centre of mass is the mean of both, weighted by mass."
+    return f"{name} is not what follows for a bar of {mass:g} kg at {height:.3g} m; it should " + (
+        "stay as it was." if name in ("length", "friction") else "be computed from both parts."
+    )
+
+
+def exercise_2(by_ratio, by_tilt, rig=None):
+    """On which link a bar of EXAMPLE helps most, by Furuta's ratio and by the recoverable tilt."""
+    measures = [
+        controllability_measures(with_bar(own_rig(rig), link, EXAMPLE)) for link in (1, 2, 3)
+    ]
+    truth = {
+        "by_ratio": 1 + int(np.argmin([m.ratio for m in measures])),
+        "by_tilt": 1 + int(np.argmax([m.tilt for m in measures])),
+    }
+    for name, found in (("by_ratio", by_ratio), ("by_tilt", by_tilt)):
+        found = whole(name, found, least=1)
+        if found != truth[name]:
+            hint = "less is better" if name == "by_ratio" else "more is better"
+            return Verdict(
+                False, f"{name}: not link {found}. Of this measure {hint}; links count from 1."
+            )
+    return Verdict(True, "Two measures, two opinions.")
+
+
+def exercise_3(link, inertia, rig=None):
+    """A bar that flatters the ratio and makes the pendulum harder to catch."""
+    rig = own_rig(rig)
+    bare, made = (
+        controllability_measures(rig),
+        controllability_measures(
+            with_bar(rig, whole("link", link, least=1), number("inertia", inertia, above=0))
+        ),
+    )
+    ratio, tilt = made.ratio / bare.ratio, made.tilt / bare.tilt
+    if ratio > FOOLED:
+        return Verdict(
+            False, f"The ratio is {ratio:.2f} of the bare one; {FOOLED:g} or less is asked."
+        )
+    if tilt > FOOLED:
+        return Verdict(
+            False, f"The ratio falls, but the tilt is {tilt:.2f} of the bare one: this bar does help. "
+            f"Find one with {FOOLED:g} or less."
+        )  # fmt: skip
+    return Verdict(True, f"Ratio {ratio:.2f}, tilt {tilt:.2f} of the bare pendulum's.")
+
+
+def exercise_4(bar, rig=None):
+    rig = own_rig(rig)
+
+    def shortfalls():
+        yield wrong_bar(bar, rig)
+        gain = recoverable_tilt(barred(rig, *bar)) / recoverable_tilt(rig)
+        if gain < BETTER:
+            yield (
+                f"With this bar the recoverable tilt is {gain:.2f} times the bare one, {BETTER:g} is "
+                "asked for. Inertia helps, weight high up hurts: what gives inertia for little "
+                "weight, and where does weight hurt least?"
+            )
+
+    return verdict(shortfalls(), lambda: "A bar that is worth its weight.")
+
+
+def wrong_bar(bar, rig):
+    if not isinstance(bar, (tuple, list)) or len(bar) != 4:
+        return "Expected the four numbers (link, length, ends, height)."
+    link, length, ends, height = bar
+    link = whole("link", link, least=1)
+    if link > rig.n_links:
+        return f"There are links 1 to {rig.n_links}, found {link}."
+    for name, value, most in (
+        ("length", length, LONGEST),
+        ("ends", ends, HEAVIEST),
+        ("height", height, rig.links[link - 1].length),
+    ):
+        if number(name, value, least=0) > most:
+            return f"The {name} may be {most:.4g} at most, yours is {value:.4g}."
+    return None
+
+
+def exercise_5(bar, design, rig=None):
+    rig = own_rig(rig)
+
+    def shortfalls():
+        yield wrong_bar(bar, rig)
+        if not isinstance(design, Design):
+            yield f"Expected a pl.Design, found {type(design).__name__}."
+        if not isinstance(design.rig, Pendulum) or replace(design.rig, name="") != replace(
+            barred(rig, *bar), name=""
+        ):
+            yield "The design belongs to another rig; make it for barred(rig, *bar)."
+        yield unstable(design.filtered_loop)
+        lean = BEYOND * recoverable_tilt(rig)
+        bench = Imperfections(filters=True, saturation=True)
+        run = simulate(design.rig, design.controller, 8, [lean, 0, 0], imperfections=bench)
+        if run.fell:
+            yield (
+                f"Let go at {lean:.3f} rad it falls after {run.fell_at:.2f} s. Is the tilt of this "
+                "bar far enough beyond, and how much of the time are the motors at their limits?"
+            )
+        left = np.abs(run.angles[run.t > 7]).max()
+        if left > 0.1:
+            yield f"It stays up, but still swings by {left:.2f} rad in the eighth second."
+
+    return verdict(shortfalls(), lambda: "Caught from a lean beyond the bare recoverable tilt.")

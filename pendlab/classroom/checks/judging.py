@@ -1,0 +1,124 @@
+"""How an answer is judged: against the truth, and against what usual mistakes would have given."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from ..._arguments import array
+
+RIGHT = "Right."
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """Whether an answer is right, and a sentence: praise or a hint.
+
+    `score` ranks designs that compete, larger is better; the marker's leaderboard lists it.
+    """
+
+    right: bool
+    message: str
+    score: float | None = None
+
+    def __bool__(self):
+        return self.right
+
+    def __repr__(self):
+        return f"{'Right' if self.right else 'Not yet'}: {self.message}"
+
+    def _repr_markdown_(self):
+        mark, word = ("✓", "Right") if self.right else ("…", "Not yet")
+        return f"{mark} **{word}.** {self.message}"
+
+
+def compare(name, answer, truth, mistakes=(), tolerance=1e-3, praise="That is what we find too."):
+    """Judge numbers: within `tolerance` (relative to the largest entry) of the truth or not.
+
+    Parameters
+    ----------
+    name : of the answer, for hints
+    answer, truth : number or array
+    mistakes : (value, hint) pairs, what a particular mistake would have given; the usual ones
+        (sign, degrees, hertz, transposed, reciprocal, reversed order) are always tried
+
+    Returns
+    -------
+    Verdict
+    """
+    if answer is None:
+        return Verdict(False, f"{name} is None: it has no value yet.")
+    truth = np.asarray(truth, dtype=complex if np.iscomplexobj(truth) else float)
+    if np.iscomplexobj(answer) and not np.iscomplexobj(truth):
+        return Verdict(
+            False, f"{name} is a real quantity, yours is complex; look at its imaginary part."
+        )
+    answer = (
+        np.asarray(answer, dtype=truth.dtype)
+        if np.iscomplexobj(truth)
+        else array(name, answer, finite=False)
+    )
+    if not np.all(np.isfinite(answer)):
+        return Verdict(False, f"{name} holds nan or inf; something was divided by zero on the way.")
+    if answer.shape == truth.shape and close(answer, truth, tolerance):
+        return Verdict(True, praise)
+    for value, hint in [*mistakes, *usual_mistakes(name, truth)]:
+        value = np.asarray(value)
+        if answer.shape == value.shape and close(answer, value, tolerance):
+            return Verdict(False, hint)
+    if answer.shape != truth.shape:
+        return Verdict(False, f"{name} should have shape {truth.shape}, yours has {answer.shape}.")
+    ratio = answer.ravel() / np.where(truth.ravel() == 0, np.nan, truth.ravel())
+    if answer.size == 1 and np.isfinite(ratio[0]) and 0.8 < abs(ratio[0]) < 1.25:
+        return Verdict(
+            False,
+            f"{name} is near, but not within {tolerance:.1%}; rounding on the way, or "
+            "a neighbouring quantity?",
+        )
+    if answer.size > 1:
+        wrong = int(np.argmax(np.abs(answer - truth).ravel()))
+        place = tuple(int(i) for i in np.unravel_index(wrong, truth.shape))
+        return Verdict(False, f"{name}: look again at entry {place}, where yours is furthest off.")
+    size = "large" if abs(answer.ravel()[0]) > abs(truth.ravel()[0]) else "small"
+    return Verdict(
+        False, f"{name} is too {size}; go back to the defining equation and check units."
+    )
+
+
+def close(answer, truth, tolerance):
+    scale = np.max(np.abs(truth)) if np.size(truth) else 0.0
+    return bool(np.all(np.abs(answer - truth) <= tolerance * max(scale, 1e-12)))
+
+
+def usual_mistakes(name, truth):
+    """What sign, units, transposition and order would make of the truth."""
+    yield -truth, f"{name} has the opposite sign; check which way is positive, and u = -F x."
+    yield (
+        np.degrees(truth.real) if not np.iscomplexobj(truth) else truth * np.nan,
+        (f"{name} seems to be in degrees; the package uses radians."),
+    )
+    yield truth / (2 * np.pi), f"{name} is off by 2 pi: hertz and rad/s are mixed."
+    yield truth * (2 * np.pi), f"{name} is off by 2 pi: hertz and rad/s are mixed."
+    yield truth * 1000, f"{name} is 1000 times too large: milli-units?"
+    yield truth / 1000, f"{name} is 1000 times too small: milli-units?"
+    with np.errstate(divide="ignore", invalid="ignore"):
+        yield 1 / truth, f"{name} is upside down: the reciprocal is asked for."
+    if truth.ndim == 2:
+        yield truth.T, f"{name} is transposed."
+    if truth.ndim == 1 and truth.size > 1:
+        yield truth[::-1], f"{name} holds the right numbers in the opposite order."
+
+
+def all_right(*verdicts):
+    """The first verdict that is not right, or the last one."""
+    return next((verdict for verdict in verdicts if not verdict), verdicts[-1])
+
+
+def choose(name, answer, truth, hints):
+    """Judge a choice among words; `hints` has one sentence for every wrong word."""
+    answer = str(answer).strip().lower()
+    if answer == str(truth).lower():
+        return Verdict(True, "That is what we find too.")
+    known = sorted({str(truth).lower(), *map(str.lower, hints)})
+    if answer not in known:
+        return Verdict(False, f"{name} should be one of {', '.join(known)}.")
+    return Verdict(False, hints[answer])

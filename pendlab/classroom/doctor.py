@@ -1,0 +1,248 @@
+"""Is this machine ready for a session? One finding per question, and what to do about it."""
+
+import importlib.metadata
+import importlib.util
+import re
+import socket
+import sys
+import tempfile
+from dataclasses import dataclass
+from html import escape
+from pathlib import Path
+
+from ..parameters import HERE, rigs
+
+ENVIRONMENT = HERE.parent / "environment.txt"
+OPTIONAL = {"numba": "simulations run in plain Python, about a hundred times slower"}
+NEEDED = (
+    "numpy",
+    "scipy",
+    "control",
+    "matplotlib",
+    "ipywidgets",
+    "sympy",
+    "jupyterlab",
+    "ipykernel",
+)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One question, what was found, and what to do where it is not well."""
+
+    name: str
+    well: bool
+    found: str
+    advice: str = ""
+
+    def __str__(self):
+        return f"{'ok ' if self.well else 'NO '} {self.name}: {self.found}" + (
+            "" if self.well else f"\n     -> {self.advice}"
+        )
+
+
+@dataclass(frozen=True)
+class Findings:
+    """All findings; prints as text, shows as a list in a notebook."""
+
+    findings: tuple
+
+    @property
+    def well(self):
+        return all(finding.well for finding in self.findings)
+
+    @property
+    def summary(self):
+        ill = sum(not finding.well for finding in self.findings)
+        return (
+            f"{len(self.findings)} checks, all well: the series runs here."
+            if not ill
+            else f"{ill} of {len(self.findings)} checks need attention; each line says what to do."
+        )
+
+    def __str__(self):
+        return "\n".join([*map(str, self.findings), self.summary])
+
+    def __repr__(self):
+        # Short where all is well, so that a saved notebook is the same on every machine.
+        return self.summary if self.well else str(self)
+
+    def _repr_html_(self):
+        if self.well:
+            return f"<p>✓ {escape(self.summary)}</p>"
+        lines = "".join(
+            f"<li>✗ {escape(f.name)}: {escape(f.found)}<br>→ {escape(f.advice)}</li>"
+            for f in self.findings
+            if not f.well
+        )
+        return f"<ul>{lines}</ul>"
+
+
+def doctor():
+    """Look at Python, packages, fonts, kernel, port, write access and the compiler's cache."""
+    checks = (_python, _packages, _speed, _fonts, _kernel, _data, _port, _writing, _cache)
+    return Findings(tuple(check() for check in checks))
+
+
+def _python():
+    version = ".".join(map(str, sys.version_info[:3]))
+    return Finding(
+        "Python",
+        sys.version_info >= (3, 11),
+        version,
+        "install Python 3.11 or newer and make the environment anew with the README's first command.",
+    )
+
+
+def _packages():
+    missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
+    if missing:
+        return Finding(
+            "packages",
+            False,
+            f"{', '.join(missing)} missing",
+            "run  pip install -r environment.txt  in this environment.",
+        )
+    other = [
+        f"{name} {version} (tested: {tested})"
+        for name, tested in _tested().items()
+        if (version := _version(name)) not in (None, *tested)
+    ]
+    if other:
+        return Finding(
+            "packages",
+            False,
+            "; ".join(other),
+            "it may work; for the tested versions run  pip install -r environment.txt",
+        )
+    return Finding("packages", True, "all there, in tested versions")
+
+
+def _tested():
+    """Package -> versions named in environment.txt, for the packages of the series."""
+    versions = {}
+    lines = ENVIRONMENT.read_text(encoding="utf-8").splitlines() if ENVIRONMENT.is_file() else []
+    for line in lines:
+        match = re.match(r"([A-Za-z0-9_.-]+)==([^;\s]+)", line)
+        if match and match[1] in NEEDED:
+            versions.setdefault(match[1], []).append(match[2])
+    return versions
+
+
+def _version(name):
+    try:
+        return importlib.metadata.version(name)
+    except importlib.metadata.PackageNotFoundError:
+        return None
+
+
+def _speed():
+    missing = [name for name in OPTIONAL if importlib.util.find_spec(name) is None]
+    if missing and sys.platform == "darwin":
+        return Finding("compiler", True, f"no numba on this Mac: {OPTIONAL['numba']}")
+    advice = "run  pip install -r environment.txt ; everything works without it, only slower."
+    found = f"numba missing: {OPTIONAL['numba']}" if missing else "numba is there"
+    return Finding("compiler", not missing, found, advice)
+
+
+def _fonts():
+    from matplotlib import font_manager
+
+    from ..figures.style import STYLE
+
+    wanted = STYLE["font.family"][0]
+    there = wanted in font_manager.get_font_names()
+    return Finding(
+        "fonts",
+        there,
+        f"{wanted} {'found' if there else 'missing'}",
+        "it comes with matplotlib: run  pip install --force-reinstall matplotlib",
+    )
+
+
+def _kernel():
+    if importlib.util.find_spec("jupyter_client") is None:
+        return Finding("kernel", False, "jupyter missing", "run  pip install -r environment.txt")
+    from jupyter_client.kernelspec import KernelSpecManager, NoSuchKernel
+
+    try:
+        command = KernelSpecManager().get_kernel_spec("python3").argv[0]
+    except NoSuchKernel:
+        return Finding(
+            "kernel", False, "no python3 kernel", "run  python -m ipykernel install --user"
+        )
+    ours = (
+        Path(command).name == command or Path(command).absolute() == Path(sys.executable).absolute()
+    )
+    return Finding(
+        "kernel",
+        ours,
+        "python3 is this environment" if ours else f"python3 runs {command}",
+        "another installation's kernel comes first: run  python -m ipykernel install --sys-prefix",
+    )
+
+
+def _data():
+    there = {"double", "triple"} <= set(rigs())
+    return Finding(
+        "data",
+        there,
+        f"rigs {', '.join(rigs()) or 'none'}",
+        "the folder data/ is missing or incomplete: unpack or clone the repository again.",
+    )
+
+
+def _port():
+    try:
+        with socket.socket() as probe:
+            probe.bind(("127.0.0.1", 0))
+        return Finding("port", True, "JupyterLab can listen on this machine")
+    except OSError as problem:
+        return Finding(
+            "port",
+            False,
+            str(problem),
+            "a firewall forbids local servers: ask who runs this machine.",
+        )
+
+
+def _writing():
+    try:
+        with tempfile.TemporaryFile(dir=Path.cwd()):
+            return Finding("folder", True, "this folder can be written")
+    except OSError as problem:
+        return Finding(
+            "folder",
+            False,
+            f"{Path.cwd()} cannot be written ({problem.strerror})",
+            "copy the series to your own folder; without it your work cannot be saved.",
+        )
+
+
+def _cache():
+    from ..bench.generated import cache_folders
+
+    for folder in cache_folders():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                return Finding("compiler cache", True, str(folder))
+        except OSError:
+            continue
+    return Finding(
+        "compiler cache",
+        False,
+        "no folder of yours can be written",
+        "each session compiles anew (some seconds); set PENDLAB_CACHE to a folder of yours.",
+    )
+
+
+def add_commands(commands):
+    parser = commands.add_parser("doctor", help="is this machine ready for a session?")
+    parser.set_defaults(run=run)
+
+
+def run(_):
+    findings = doctor()
+    print(findings)
+    return 0 if findings.well else 1

@@ -1,0 +1,1 @@
+"""The paper itself: its printed numbers, its designs, its experiment and the scoreboard."""

@@ -1,0 +1,1 @@
+"""Studies built on the core: controllability, uncertainty, transmission, pushes, timing, C code."""

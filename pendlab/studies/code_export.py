@@ -1,0 +1,180 @@
+"""The controller as a C99 file, for a microcontroller or a PC on the bench."""
+
+from pathlib import Path
+
+import numpy as np
+
+from .._arguments import found
+from ..controllers import Controller
+
+TEMPLATE = """\
+/* Sampled controller for an inverted pendulum, sampling time {dt} s.
+ *
+ *   xhat(n) = L1 y(n) + L2 v(n),          u(n) = -F [xhat(n); w(n)], limited
+ *   v(n+1) = E v(n) + H u(n) + K y(n),    w(n+1) = w(n) + Ts (y_r(n) - y(n))
+ *
+ * y: {angles} relative angles, then the rate of the lowest link (rad, rad/s); u: volts.
+ *
+ * Call {name}_init once with the first state (rates zero when held still), then at every sample
+ * either {name}_step, or {name}_output, send u, {name}_update: so the voltages leave
+ * before the observer is updated. No allocation, no globals: one struct per pendulum. C99.
+ */
+#include <stddef.h>
+
+typedef {real} {name}_real;
+
+enum {{
+    {NAME}_STATES = {states},   /* entries of x0 and xhat */
+    {NAME}_OUTPUTS = {outputs},  /* entries of y */
+    {NAME}_MOTORS = {motors},   /* entries of u */
+    {NAME}_OBSERVER = {observer},
+    {NAME}_TRACKED = {tracked}   /* entries of the reference */
+}};
+
+typedef struct {{
+    {name}_real v[{NAME}_OBSERVER]; /* observer */
+    {name}_real w[{NAME}_TRACKED]; /* integrators */
+}} {name}_state;
+
+{matrices}
+static const int {name}_tracked[{NAME}_TRACKED] = {{{indices}}};
+
+/* v(0) = T x(0), w(0) = 0 */
+void {name}_init({name}_state *s, const {name}_real x0[{NAME}_STATES])
+{{
+    for (size_t i = 0; i < {NAME}_OBSERVER; i++) {{
+        s->v[i] = 0;
+        for (size_t j = 0; j < {NAME}_STATES; j++)
+            s->v[i] += {name}_T[i][j] * x0[j];
+    }}
+    for (size_t i = 0; i < {NAME}_TRACKED; i++)
+        s->w[i] = 0;
+}}
+
+/* Steps 2 to 4: estimate, control, limit. */
+void {name}_output(const {name}_state *s, const {name}_real y[{NAME}_OUTPUTS],
+    {name}_real u[{NAME}_MOTORS])
+{{
+    {name}_real xhat[{NAME}_STATES];
+    for (size_t i = 0; i < {NAME}_STATES; i++) {{
+        xhat[i] = 0;
+        for (size_t j = 0; j < {NAME}_OUTPUTS; j++)
+            xhat[i] += {name}_L1[i][j] * y[j];
+        for (size_t j = 0; j < {NAME}_OBSERVER; j++)
+            xhat[i] += {name}_L2[i][j] * s->v[j];
+    }}
+    for (size_t i = 0; i < {NAME}_MOTORS; i++) {{
+        {name}_real sum = 0;
+        for (size_t j = 0; j < {NAME}_STATES; j++)
+            sum += {name}_F[i][j] * xhat[j];
+        for (size_t j = 0; j < {NAME}_TRACKED; j++)
+            sum += {name}_F[i][{NAME}_STATES + j] * s->w[j];
+        u[i] = -sum;{limits}
+    }}
+}}
+
+/* Step 6: observer and integrators, with the limited u that was sent. */
+void {name}_update({name}_state *s, const {name}_real y[{NAME}_OUTPUTS],
+    const {name}_real u[{NAME}_MOTORS], const {name}_real y_ref[{NAME}_TRACKED])
+{{
+    {name}_real v[{NAME}_OBSERVER];
+    for (size_t i = 0; i < {NAME}_OBSERVER; i++) {{
+        v[i] = 0;
+        for (size_t j = 0; j < {NAME}_OBSERVER; j++)
+            v[i] += {name}_E[i][j] * s->v[j];
+        for (size_t j = 0; j < {NAME}_MOTORS; j++)
+            v[i] += {name}_H[i][j] * u[j];
+        for (size_t j = 0; j < {NAME}_OUTPUTS; j++)
+            v[i] += {name}_K[i][j] * y[j];
+    }}
+    for (size_t i = 0; i < {NAME}_OBSERVER; i++)
+        s->v[i] = v[i];
+    for (size_t i = 0; i < {NAME}_TRACKED; i++)
+        s->w[i] += {dt} * (y_ref[i] - y[{name}_tracked[i]]);
+}}
+
+/* One sample: steps 2 to 6. */
+void {name}_step({name}_state *s, const {name}_real y[{NAME}_OUTPUTS],
+    const {name}_real y_ref[{NAME}_TRACKED], {name}_real u[{NAME}_MOTORS])
+{{
+    {name}_output(s, y, u);
+    {name}_update(s, y, u, y_ref);
+}}
+"""
+
+LIMITS = """
+        if (u[i] > {name}_u_max[i])
+            u[i] = {name}_u_max[i];
+        if (u[i] < -{name}_u_max[i])
+            u[i] = -{name}_u_max[i];"""
+
+
+def to_c(controller, path=None, single=False, name="pendulum"):
+    """A self-contained C99 source file with the arithmetic of `Controller.step`.
+
+    It holds a state struct, ``<name>_init``, ``<name>_step`` (and its halves ``_output`` and
+    ``_update``), the limits, and no allocation.
+
+    Parameters
+    ----------
+    controller : Controller with n >= 1 observer states and at least one integrator
+    path : where to write the file, or None
+    single : floats instead of doubles
+    name : prefix of everything in the file, a C identifier
+
+    Returns
+    -------
+    str : the source
+
+    Raises
+    ------
+    TypeError : not a `Controller`
+    ValueError : a prefix that C does not take
+    """
+    if not isinstance(controller, Controller):
+        raise TypeError(f"controller: expected a pl.Controller, {found(controller)}.")
+    if not (isinstance(name, str) and name.isidentifier() and name.isascii()):
+        raise ValueError(f"name: expected a C identifier such as 'pendulum', {found(name)}.")
+    o = controller.observer
+    matrices = dict(E=o.E, H=o.H, K=o.K, L1=o.L1, L2=o.L2, T=o.T, F=controller.F)
+    if controller.u_max is not None:
+        matrices["u_max"] = np.array(controller.u_max)
+    source = TEMPLATE.format(
+        name=name,
+        NAME=name.upper(),
+        real="float" if single else "double",
+        dt=_literal(controller.dt, single),
+        angles=o.K.shape[1] - 1,
+        states=o.T.shape[1],
+        outputs=o.K.shape[1],
+        motors=len(controller.F),
+        observer=len(o.E),
+        tracked=len(controller.tracked),
+        indices=", ".join(map(str, controller.tracked)),
+        matrices="\n".join(_table(f"{name}_{key}", name, a, single) for key, a in matrices.items()),
+        limits="" if controller.u_max is None else LIMITS.format(name=name),
+    )
+    if path is not None:
+        Path(path).write_text(source, encoding="ascii")
+    return source
+
+
+def _table(label, name, values, single):
+    """A constant array of one or two dimensions."""
+    size = "".join(f"[{count}]" for count in values.shape)
+    rows = [", ".join(_literal(value, single) for value in row) for row in np.atleast_2d(values)]
+    if values.ndim == 1:
+        body = f"{{{rows[0]}}}"
+    else:
+        body = "{\n" + ",\n".join(f"    {{{row}}}" for row in rows) + "\n}"
+    return f"static const {name}_real {label}{size} = {body};"
+
+
+def _literal(value, single):
+    """A C constant that reads back as the same number (as the nearest float where single)."""
+    if np.isinf(value):  # an amplifier without limit: larger than any voltage
+        text = "1e30" if value > 0 else "-1e30"
+    else:
+        text = str(np.float32(value)) if single else repr(float(value))
+        text = text if any(mark in text for mark in ".en") else text + ".0"
+    return text + "f" if single else text

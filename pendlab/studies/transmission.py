@@ -1,0 +1,183 @@
+"""From sensor noise, torques on the links and references to angles and voltages, in closed loop.
+
+`closed_loop` gives all paths as one control.StateSpace; `rms` and `peak_gain` are its H2 and
+H-infinity measures. (``control.norm`` without slycot calls the paper's slow closed loop infinite
+and takes neither poles at z = 0, which a deadbeat observer has, nor more inputs than outputs; where
+it answers, it agrees.)
+"""
+
+import control
+import numpy as np
+
+from .._arguments import array, found, numbers, state_space
+from ..design import Design
+from ..loop import frequency_grid, frequency_response
+from ..models import angle_names, equations, with_filters
+from ..parameters import Pendulum
+from ..sampled import sample
+
+
+def with_torques(plant, rig):
+    """`plant` with a torque on each link as further inputs.
+
+    From M theta'' + N theta' + P theta + H u = tau the relative accelerations gain W M^-1 tau, with
+    tau in the direction of growing absolute angles.
+
+    Parameters
+    ----------
+    plant : continuous control.StateSpace of `pl.linearize` or `pl.with_filters`: its first 2n
+        states are the relative angles and rates
+    rig : Pendulum with n links
+
+    Returns
+    -------
+    control.StateSpace with the inputs ``torque 1`` ... ``torque n`` (N m) behind those of `plant`
+    """
+    if not isinstance(rig, Pendulum):
+        raise TypeError(f'rig: expected a pl.Pendulum such as pl.load("triple"), {found(rig)}.')
+    n = rig.n_links
+    if state_space("plant", plant).dt != 0 or plant.state_labels[:n] != angle_names(n):
+        raise ValueError(
+            f"plant: expected the continuous model of a rig with {n} links, found states "
+            f"{', '.join(plant.state_labels[:n])} and dt = {plant.dt}; use pl.linearize(rig)."
+        )
+    motion, values = equations(rig)
+    W, M = (np.asarray(X, dtype=float) for X in motion.linear(*values)[:2])
+    torques = np.zeros((plant.nstates, n))
+    torques[n : 2 * n] = W @ np.linalg.inv(M)
+    return control.ss(
+        plant.A,
+        np.hstack([plant.B, torques]),
+        plant.C,
+        np.hstack([plant.D, np.zeros((plant.noutputs, n))]),
+        states=plant.state_labels,
+        inputs=plant.input_labels + [f"torque {i + 1}" for i in range(n)],
+        outputs=plant.output_labels,
+        name=plant.name,
+    )
+
+
+def closed_loop(design, filters=True):
+    """The design's closed loop, from everything that drives it to angles and voltages.
+
+    x(n+1) = A x + B u + B_tau tau,   y = C x + noise,   u = controller(y, y_r)
+
+    Parameters
+    ----------
+    design : Design
+    filters : with the rig's filters, or without; noise enters behind them, at the A/D converter
+
+    Returns
+    -------
+    sampled control.StateSpace. Inputs: ``noise <output>`` of each reading (rad, rad/s),
+    ``torque i`` on each link (N m, held over a sample), ``reference <output>`` of each tracked
+    output (rad). Outputs: the n true relative angles (rad), then the m voltages (V).
+    ``closed_loop(d)["u1", "torque 3"]`` picks one path.
+
+    """
+    if not isinstance(design, Design):
+        raise TypeError(
+            f'design: expected a pl.Design such as pl.paper_design("triple"), {found(design)}.'
+        )
+    rig, K = design.rig, design.controller.system
+    plant = with_filters(design.plant, rig.filters) if filters else design.plant
+    G = sample(with_torques(plant, rig), design.dt)
+    n, m, q = rig.n_links, rig.n_motors, G.noutputs
+    B, B_tau, C = G.B[:, :m], G.B[:, m:], G.C
+    tracked = design.controller.tracked
+    B_ref = np.zeros((K.nstates, len(tracked)))
+    B_ref[K.nstates - len(tracked) :] = design.dt * np.eye(len(tracked))  # the integrators, last
+    zeros = np.zeros
+    A_closed = np.block([[G.A + B @ K.D @ C, B @ K.C], [K.B @ C, K.A]])
+    B_closed = np.block(
+        [
+            [B @ K.D, B_tau, zeros((G.nstates, len(tracked)))],
+            [K.B, zeros((K.nstates, n)), B_ref],
+        ]
+    )
+    angles = np.eye(n, G.nstates + K.nstates)
+    C_closed = np.vstack([angles, np.hstack([K.D @ C, K.C])])
+    D_closed = zeros((n + m, q + n + len(tracked)))
+    D_closed[n:, :q] = K.D
+    outputs = G.output_labels
+    return control.ss(
+        A_closed,
+        B_closed,
+        C_closed,
+        D_closed,
+        design.dt,
+        inputs=[f"noise {name}" for name in outputs]
+        + G.input_labels[m:]
+        + [f"reference {outputs[i]}" for i in tracked],
+        outputs=angle_names(n) + plant.input_labels,
+        name=f"{rig.name} in closed loop",
+    )
+
+
+def rms(system, deviations=1.0):
+    """RMS value of each output under independent white noise at the inputs: weighted H2 norms.
+
+    P = A P A' + B S B' gives the states' covariance, C P C' + D S D' that of the outputs, with
+    S = diag(deviations^2). With deviations 1 the root of the squares' sum is the H2 norm.
+
+    Parameters
+    ----------
+    system : sampled stable control.StateSpace with p outputs
+    deviations : standard deviation of every sample, one number per input or one for all
+
+    Returns
+    -------
+    array (p,)
+
+    Raises
+    ------
+    ValueError : a system that is not sampled or not stable
+    """
+    _stable(system)
+    size = system.ninputs if np.ndim(deviations) else None
+    scale = np.array(numbers("deviations", deviations, least=0, count=size))
+    B, D = system.B * scale, system.D * scale
+    P = control.dlyap(system.A, B @ B.T)
+    return np.sqrt(np.diag(system.C @ P @ system.C.T + D @ D.T))
+
+
+def peak_gain(system, points=3000):
+    """H-infinity norm: the largest singular value at any frequency, and that frequency.
+
+    Looked for on a grid from the slowest eigenvalue to pi/dt with every eigenvalue's own frequency
+    among its points, then refined between the neighbours of the largest.
+
+    Parameters
+    ----------
+    system : sampled stable control.StateSpace
+
+    Returns
+    -------
+    value, omega (rad/s)
+    """
+    _stable(system)
+    gain = lambda w: np.linalg.norm(frequency_response(system, w), 2, axis=(1, 2))  # noqa: E731
+    eigenvalues = np.linalg.eigvals(system.A)
+    slowest = np.abs(eigenvalues - 1).min() / system.dt
+    own = np.abs(np.angle(eigenvalues)) / system.dt  # resonances: peaks narrower than the grid
+    omega = np.unique(
+        np.concatenate([[0.0], own, frequency_grid(system.dt, points, min(1e-3, slowest / 10))])
+    )
+    for _ in range(3):
+        values = gain(omega)
+        k = int(np.argmax(values))
+        best = float(values[k]), float(omega[k])
+        omega = np.linspace(omega[max(k - 1, 0)], omega[min(k + 1, len(omega) - 1)], 201)
+    return best
+
+
+def _stable(system):
+    state_space("system", system)
+    if not system.dt:
+        raise ValueError("system: expected a sampled one, found a continuous one; use pl.sample.")
+    largest = np.abs(np.linalg.eigvals(array("system.A", system.A))).max(initial=0)
+    if largest >= 1:
+        raise ValueError(
+            f"system: no lasting RMS value or gain exists, found an eigenvalue of magnitude "
+            f"{largest:.6f}; the closed loop must be stable."
+        )

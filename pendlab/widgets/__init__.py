@@ -1,0 +1,1 @@
+"""Controls and panels round tested figures, for the notebooks."""

@@ -1,0 +1,96 @@
+"""Widgets of the model: the horizontal bar, sampling time and filters."""
+
+from dataclasses import replace
+
+from ..figures.bar import bar_study, bars, in_words
+from ..figures.pages import PAGE
+from ..figures.sampling import sampling_page
+from ..figures.style import freeze_layout
+from ..paper.designs import paper_design
+from ..parameters import Filters, load
+from .controls import Slider, View
+from .design_panels import LOOPS, PAPER
+from .panel import Panel
+
+
+def bar_panel(name="double", study=None):
+    """A horizontal bar on each link: what its inertia does to the measures of controllability.
+
+    `study` is a `BarStudy` made before; by default that of the rig `name` is made.
+    """
+    study = bar_study(load(name)) if study is None else study
+    fig = bars(study)
+    fig.set_size_inches(PAGE, 3.6)
+    freeze_layout(fig)
+    names = [f"bar{i + 1}" for i in range(study.rig.n_links)]
+    moving = fig.update_bars([0.0] * len(names))
+
+    def update(**values):
+        added = [values[name] for name in names]
+        words = in_words(study, added)
+        fig.update_bars(added)
+        return words
+
+    return Panel(
+        f"A horizontal bar on each link of the {study.rig.name}",
+        [
+            Slider(name, f"bar on link {i + 1}, kg m²", 1e-3, 1.0, 0.0, log=True, zero=True)
+            for i, name in enumerate(names)
+        ],
+        View(fig, update, tuple(moving)),
+        legend=(
+            "Sliders: moment of inertia that a bar without mass adds to a link; the lowest notch is none.",
+            "Curves: a bar on one link alone, as a factor on each measure; above 1 is better.",
+            "Dots: where each of your bars would be alone. Dotted level: all your bars at once.",
+        ),
+        presets={
+            "No bar": dict.fromkeys(names, 0.0),
+            "Bar on top": {**dict.fromkeys(names, 0.0), names[-1]: 0.1},
+            "Bar below": {**dict.fromkeys(names, 0.0), names[0]: 0.1},
+        },
+    )
+
+
+def sampling_panel():
+    """Sampling time and filters of the double, and the loop of the paper's weights designed anew."""
+    design = paper_design("double")
+    fig = sampling_page(design)
+
+    def update(dt, input_hz, output_hz):
+        return fig.update(sampled_design(design, dt / 1e3, input_hz, output_hz)).caption
+
+    filters = design.rig.filters
+    values = dict(dt=10.0, input_hz=filters.input_hz[0], output_hz=filters.output_hz[0])
+    return Panel(
+        "Sampling time and filters of the double",
+        [
+            Slider("dt", "sampling time, ms", 1, 100, values["dt"], log=True),
+            Slider("input_hz", "input filter, Hz", 0.5, 200, values["input_hz"], log=True),
+            Slider("output_hz", "output filters, Hz", 0.5, 200, values["output_hz"], log=True),
+        ],
+        View(fig, update, fig.moving),
+        legend=(
+            "Sliders: sampling time, and cut-off frequencies of the first-order filters.",
+            "Left: eigenvalues of the sampled plant with filters. Middle: phase lag of filters and hold.",
+            f"Right: F and observer designed anew for each sampling time, without filters. {LOOPS}",
+        ),
+        presets={
+            PAPER: values,
+            "Slow computer": dict(dt=40.0),
+            "Heavy filters": dict(input_hz=2.0),
+        },
+    )
+
+
+def sampled_design(design, dt, input_hz, output_hz):
+    """`design` for another sampling time (s) and other filters (Hz).
+
+    The observer keeps its speed, E = E(paper)^(dt / 10 ms), and of its family the member nearest to
+    the printed one is taken.
+    """
+    filters = design.rig.filters
+    filters = Filters((input_hz,) * len(filters.input_hz), (output_hz,) * len(filters.output_hz))
+    E = tuple(e ** (dt / design.dt) for e in design.E)
+    changed = design.changed(rig=replace(design.rig, filters=filters), dt=dt, E=E)
+    coefficients = changed.family.project(design.observer.T, design.observer.K)
+    return changed.changed(coefficients=tuple(coefficients))
