@@ -1,7 +1,9 @@
 """Checks of arguments: one sentence that names the argument, what was expected and what came."""
 
 import math
+import os
 from numbers import Real
+from pathlib import Path
 
 import numpy as np
 
@@ -10,7 +12,10 @@ def found(value):
     """What came, in a few words."""
     if isinstance(value, np.ndarray):
         return f"found an array of shape {value.shape}"
-    text = repr(value)
+    try:
+        text = repr(value)
+    except Exception:  # of somebody else's class, or a whole number of thousands of digits
+        text = f"an object of type {type(value).__name__}"
     return f"found {text if len(text) <= 60 else text[:57] + '...'}"
 
 
@@ -18,7 +23,12 @@ def number(name, value, above=None, least=None, finite=True):
     """`value` as a float, or a sentence on why not."""
     if isinstance(value, bool) or not isinstance(value, (Real, np.number)):
         raise TypeError(f"{name}: expected a number, {found(value)}.")
-    value = float(value)
+    try:
+        value = float(value)
+    except OverflowError:
+        raise ValueError(f"{name}: expected a number up to 1e308, {found(value)}.") from None
+    except TypeError:  # a complex one of NumPy
+        raise TypeError(f"{name}: expected a real number, {found(value)}.") from None
     if math.isnan(value) or (finite and math.isinf(value)):
         raise ValueError(f"{name}: expected a finite number, {found(value)}.")
     if above is not None and not value > above:
@@ -51,10 +61,10 @@ def array(name, value, shape=None, finite=True):
     try:
         result = np.array(value)
         # NumPy would turn these into numbers without a word.
-        if value is None or result.dtype.kind in "bcSU":
+        if value is None or result.dtype.kind not in "iufO":
             raise TypeError
         result = result.astype(float)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: expected an array of real numbers, {found(value)}.") from None
     if shape is not None and (
         result.ndim != len(shape)
@@ -76,8 +86,56 @@ def state_space(name, model):
     return model
 
 
-def whole(name, value, least=0):
-    """`value` as an int of at least `least`."""
-    if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or value < least:
-        raise ValueError(f"{name}: expected a whole number of at least {least}, {found(value)}.")
+def whole(name, value, least=0, most=None):
+    """`value` as an int from `least` to `most`."""
+    end = "" if most is None else f" and at most {most}"
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, np.integer))
+        or not least <= value
+        or (most is not None and value > most)
+    ):
+        raise ValueError(
+            f"{name}: expected a whole number of at least {least}{end}, {found(value)}."
+        )
     return int(value)
+
+
+def instance(name, value, kind, expected):
+    """`value` if it is an instance of `kind`, in words what was `expected`."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name}: expected {expected}, {found(value)}.")
+    return value
+
+
+def flag(name, value):
+    """`value` if it is True or False."""
+    return bool(instance(name, value, (bool, np.bool_), "True or False"))
+
+
+def text(name, value):
+    """`value` if it is text that says something."""
+    if not instance(name, value, str, "text in quotes").strip():
+        raise ValueError(f"{name}: expected text, found none; write your own.")
+    return value
+
+
+def function(name, value, expected="a function"):
+    """`value` if it can be called."""
+    if not callable(value):
+        raise TypeError(f"{name}: expected {expected}, {found(value)}.")
+    return value
+
+
+def path(name, value):
+    """`value` as a `Path`."""
+    text(name, os.fspath(instance(name, value, (str, os.PathLike), "the path of a file or folder")))
+    return Path(value)
+
+
+def one_of(name, value, known):
+    """`value` if it is one of `known`; the kind counts, so that True is not 1."""
+    if not any(type(value) is type(item) and value == item for item in known):
+        listed = ", ".join(map(repr, known))
+        raise ValueError(f"{name}: expected one of {listed}, {found(value)}.")
+    return value
