@@ -77,6 +77,14 @@ def array(name, value, shape=None, finite=True):
     return result
 
 
+def instance(name, value, kind, example=""):
+    """`value` if it is a `kind`, one of pendlab's own; `example` says where to get one."""
+    if not isinstance(value, kind):
+        example = example and f" such as {example}"
+        raise TypeError(f"{name}: expected a pl.{kind.__name__}{example}, {found(value)}.")
+    return value
+
+
 def state_space(name, model):
     """`model` if it is a control.StateSpace."""
     from control import StateSpace  # here, so that rigs load without it
@@ -101,21 +109,18 @@ def whole(name, value, least=0, most=None):
     return int(value)
 
 
-def instance(name, value, kind, expected):
-    """`value` if it is an instance of `kind`, in words what was `expected`."""
-    if not isinstance(value, kind):
-        raise TypeError(f"{name}: expected {expected}, {found(value)}.")
-    return value
-
-
 def flag(name, value):
     """`value` if it is True or False."""
-    return bool(instance(name, value, (bool, np.bool_), "True or False"))
+    if not isinstance(value, (bool, np.bool_)):
+        raise TypeError(f"{name}: expected True or False, {found(value)}.")
+    return bool(value)
 
 
 def text(name, value):
     """`value` if it is text that says something."""
-    if not instance(name, value, str, "text in quotes").strip():
+    if not isinstance(value, str):
+        raise TypeError(f"{name}: expected text in quotes, {found(value)}.")
+    if not value.strip():
         raise ValueError(f"{name}: expected text, found none; write your own.")
     return value
 
@@ -129,8 +134,9 @@ def function(name, value, expected="a function"):
 
 def path(name, value):
     """`value` as a `Path`."""
-    text(name, os.fspath(instance(name, value, (str, os.PathLike), "the path of a file or folder")))
-    return Path(value)
+    if not isinstance(value, (str, os.PathLike)):
+        raise TypeError(f"{name}: expected the path of a file or folder, {found(value)}.")
+    return Path(text(name, os.fspath(value)))
 
 
 def one_of(name, value, known):
