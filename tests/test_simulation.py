@@ -362,6 +362,17 @@ def test_equal_calls_give_equal_results(bench):
         np.testing.assert_array_equal(getattr(one, field), getattr(two, field))
 
 
+def test_stretches_of_the_compiled_loop_join_without_a_seam(bench, monkeypatch):
+    held = dict(disturbance=lambda t: 0.01 * np.sin(t + np.arange(bench["rig"].n_links)))
+    for loads in (held, dict(disturbance=pl.Pulse(2, 0.295, 0.02, 0.1))):
+        whole = pl.simulate(**bench, **loads, t_end=1.0)
+        with monkeypatch.context() as patch:
+            patch.setattr("pendlab.bench.simulation.PATIENCE", 10 * round(0.01 / whole.inner_step))
+            parts = pl.simulate(**bench, **loads, t_end=1.0)
+        for field in ("angles", "rates", "u", "y", "estimate"):
+            np.testing.assert_array_equal(getattr(whole, field), getattr(parts, field))
+
+
 def test_simulate_many_equals_a_loop(bench):
     cases = [dict(disturbance=pl.Pulse(1, 0.5, 0.1, 0.02 * k)) for k in range(6)]
     cases.append(dict(imperfections=pl.Imperfections(), t_end=0.5))

@@ -1,5 +1,6 @@
 """The generated plant: equations of motion, contact, friction, MuJoCo, plain Python, cache."""
 
+import ast
 import dataclasses
 import json
 import os
@@ -12,7 +13,8 @@ import pytest
 import pendlab as pl
 from pendlab.bench import generated
 from pendlab.bench.generated import load_kernel
-from pendlab.bench.plant import fastest_rate, inner_steps, plant_numbers
+from pendlab.bench.plant import fastest_rate, integration, plant_numbers
+from pendlab.bench.tuples import State
 
 
 def rig_of(n, m):
@@ -36,8 +38,7 @@ def slopes(rig, imperfections, relative, rotor=(), speed=(), volts=None, load=No
     dx = np.zeros_like(x)
     kernel.derivative(
         x, np.zeros(m) if volts is None else volts, np.zeros(n) if load is None else load,
-        np.zeros(n + m) if anchor is None else anchor, plant.c, plant.gear, plant.dry, plant.reach,
-        plant.w_out, np.zeros(n), np.zeros(n), dx,
+        np.zeros(n + m) if anchor is None else anchor, plant, np.zeros(n), np.zeros(n), dx,
     )  # fmt: skip
     links = np.concatenate([np.diff(dx[:n], prepend=0.0), np.diff(dx[n : 2 * n], prepend=0.0)])
     return links, dx[2 * n + m : 2 * n + 2 * m]
@@ -145,10 +146,9 @@ def test_elastic_contact_keeps_the_energy_and_damping_takes_it():
         x = np.zeros(9)
         x[:6] = [0.02, -0.05, 0.0, 0.0, -0.07, 3.0]  # the rotor flies into the gap
         before = energy(x, 300.0, 0.025)
-        fell = kernel.advance(
-            x, np.zeros(3), np.zeros(1), np.zeros(1), 0.0, 0.2, 20000, *plant, np.zeros((0, 4)),
-            np.zeros(2), np.zeros((13, 9)),
-        )  # fmt: skip
+        state = State(x, np.zeros(3), np.zeros(1), np.zeros(1))
+        work = np.zeros((12, 9))
+        fell = kernel.advance(state, np.zeros(1), 0.0, 0.2, 20000, plant, np.zeros(2), work)
         assert fell < 0
         lost[d] = before - energy(x, 300.0, 0.025)
     assert abs(lost[0.0]) < 1e-6 * rotor * 9 / 2
@@ -176,9 +176,9 @@ def test_inner_step_follows_the_fastest_motion():
     # Rigid and without filters, the fastest eigenvalue is that of equation (2).
     eigenvalues = np.linalg.eigvals(pl.linearize(rig).A)
     assert fastest_rate(rig, ideal) == pytest.approx(np.abs(eigenvalues).max(), rel=1e-5)
-    assert inner_steps(rig, stiff, 0.01)[1] > inner_steps(rig, ideal, 0.01)[1]
-    late, steps = inner_steps(rig, dataclasses.replace(ideal, delay=5e-4), 0.01)
-    assert (late, steps) == (1, 11)
+    assert integration(rig, stiff, 0.01, 1).steps > integration(rig, ideal, 0.01, 1).steps
+    clock = integration(rig, dataclasses.replace(ideal, delay=5e-4), 0.01, 1)
+    assert (clock.late, clock.steps) == (1, 11)
 
 
 SCRIPT = """
@@ -233,6 +233,15 @@ def test_kernel_loads_without_any_cache_folder(monkeypatch):
     monkeypatch.setattr(generated, "_compile", lambda module, cache: cache)
     kernel = load_kernel.__wrapped__(2, 1)
     assert kernel.COMPILED is False and (kernel.N, kernel.M) == (2, 1)
+
+
+def test_the_kernel_takes_few_arguments():
+    text = (generated.HERE / "kernel.py").read_text(encoding="utf-8")
+    functions = {f.name: f for f in ast.walk(ast.parse(text)) if isinstance(f, ast.FunctionDef)}
+    most = {name: 8 for name in functions} | {"run": 11, "hold": 7}
+    assert set(generated.COMPILED) == {"accelerate", *functions}
+    for name, function in functions.items():
+        assert len(function.args.args) <= most[name], name
 
 
 def test_a_rotor_without_inertia_cannot_have_a_gap():

@@ -39,7 +39,7 @@ def load_kernel(n_links, n_motors):
     """
     paths = (
         HERE.parent / "lagrange.py",
-        *(HERE / f"{name}.py" for name in ("equations", "kernel", "generated")),
+        *(HERE / f"{name}.py" for name in ("equations", "kernel", "tuples", "generated")),
     )
     sources = [path.read_text(encoding="utf-8") for path in paths]
     key = "\n".join([*sources, version("sympy"), str((n_links, n_motors))])

@@ -4,10 +4,9 @@ This text is not used as it stands: `generated.load_kernel` puts the numbers of 
 and the generated functions `constants` and `accelerate` in front of it, and numba, where present,
 compiles the result; where it is not, the same text runs on lists. So it keeps to loops and floats.
 
-State x of the plant, all angles absolute: link angles and rates (N each), rotor angles and rates
-(M each, seen at the output shaft relative to the lower link of the hinge; used by gears with a gap),
-filtered outputs (N + 1). Beside it: `anchor` (N hinges, then M gearboxes), where each dry contact
-holds on; and `volts`, the filtered motor voltages.
+The named tuples among the arguments are those of `tuples.py`. State x of the plant, all angles
+absolute: link angles and rates (N each), rotor angles and rates (M each, seen at the output shaft
+relative to the lower link of the hinge; used by gears with a gap), filtered outputs (N + 1).
 """
 # ruff: noqa: F821  (N, M, sin, cos, exp, floor, accelerate: see above)
 
@@ -15,9 +14,10 @@ holds on; and `volts`, the filtered motor voltages.
 GAIN, DAMPING, INERTIA, HALF_GAP, STIFFNESS, IMPACT, DRY = range(7)
 
 
-def derivative(x, volts, load, anchor, c, gear, dry, reach, w_out, torque, a, dx):
+def derivative(x, volts, load, anchor, plant, torque, a, dx):
     """dx/dt under the motor voltages and the torques `load` on the links."""
     rotor, speed, filtered = 2 * N, 2 * N + M, 2 * N + 2 * M
+    gear, dry, reach, w_out = plant.gear, plant.dry, plant.reach, plant.w_out
     for i in range(N):
         torque[i] = load[i]
         dx[i] = x[N + i]
@@ -54,7 +54,7 @@ def derivative(x, volts, load, anchor, c, gear, dry, reach, w_out, torque, a, dx
             tau -= gear[j][DRY] * min(max((angle - anchor[N + j]) / reach, -1.0), 1.0)
         torque[j + 1] += tau
         torque[j] -= tau
-    accelerate(x, x[N:], torque, c, a)
+    accelerate(x, x[N:], torque, plant.c, a)
     for i in range(N):
         dx[N + i] = a[i]
         measured = x[i] - x[i - 1] if i > 0 else x[i]
@@ -62,8 +62,9 @@ def derivative(x, volts, load, anchor, c, gear, dry, reach, w_out, torque, a, dx
     dx[filtered + N] = w_out[N] * (x[N] - x[filtered + N])
 
 
-def drag(x, anchor, gear, dry, reach):
+def drag(x, anchor, plant):
     """Let each dry contact that has slipped hold on where it is now."""
+    gear, dry, reach = plant.gear, plant.dry, plant.reach
     for i in range(N):
         if dry[i] > 0.0:
             turned = x[i] - x[i - 1] if i > 0 else x[i]
@@ -84,13 +85,12 @@ def mean_load(t, h, pulses, load, held):
             load[int(pulses[k][0])] += pulses[k][3] * overlap / h
 
 
-def advance(
-    x, anchor, volts, sent, t, duration, steps, c, gear, dry, reach, w_in, w_out, pulses, held, work
-):
+def advance(state, sent, t, duration, steps, plant, held, work):
     """Integrate over `duration` with the voltages `sent`, by classical Runge-Kutta steps.
 
     Returns the time at which a link has passed the horizontal, or -1.
     """
+    x, anchor, volts, w_in = state.x, state.anchor, state.volts, plant.w_in
     size = 3 * N + 2 * M + 1
     k1, k2, k3, k4, y = work[0], work[1], work[2], work[3], work[4]
     torque, a, load, middle, end = work[5], work[6], work[7], work[8], work[9]
@@ -103,25 +103,25 @@ def advance(
             volts[j] = sent[j]
     for step in range(steps):
         now = t + step * h
-        mean_load(now, h, pulses, load, held)
+        mean_load(now, h, plant.pulses, load, held)
         for j in range(M):
             middle[j] = sent[j] + (volts[j] - sent[j]) * half_decay[j]
             end[j] = sent[j] + (volts[j] - sent[j]) * decay[j]
-        derivative(x, volts, load, anchor, c, gear, dry, reach, w_out, torque, a, k1)
+        derivative(x, volts, load, anchor, plant, torque, a, k1)
         for i in range(size):
             y[i] = x[i] + 0.5 * h * k1[i]
-        derivative(y, middle, load, anchor, c, gear, dry, reach, w_out, torque, a, k2)
+        derivative(y, middle, load, anchor, plant, torque, a, k2)
         for i in range(size):
             y[i] = x[i] + 0.5 * h * k2[i]
-        derivative(y, middle, load, anchor, c, gear, dry, reach, w_out, torque, a, k3)
+        derivative(y, middle, load, anchor, plant, torque, a, k3)
         for i in range(size):
             y[i] = x[i] + h * k3[i]
-        derivative(y, end, load, anchor, c, gear, dry, reach, w_out, torque, a, k4)
+        derivative(y, end, load, anchor, plant, torque, a, k4)
         for i in range(size):
             x[i] += h / 6.0 * (k1[i] + 2.0 * (k2[i] + k3[i]) + k4[i])
         for j in range(M):
             volts[j] = end[j]
-        drag(x, anchor, gear, dry, reach)
+        drag(x, anchor, plant)
         for i in range(N):
             if not abs(x[i]) < 1.5707963267948966:
                 return now + h
@@ -150,69 +150,16 @@ def send(u, limit, quantum):
             u[j] = quantum[j] * floor(u[j] / quantum[j] + 0.5)
 
 
-def hold(
-    x,
-    anchor,
-    volts,
-    before,
-    u,
-    t,
-    dt,
-    delay,
-    steps,
-    late,
-    c,
-    gear,
-    dry,
-    reach,
-    w_in,
-    w_out,
-    pulses,
-    held,
-    work,
-):
-    """One sampling interval: the old voltage until `delay` has passed, then the new one."""
-    fell = -1.0
+def hold(state, u, t, clock, plant, held, work):
+    """One sampling interval: the old voltage until the delay has passed, then the new one."""
+    late, rest, fell = clock.late, clock.steps - clock.late, -1.0
     if late > 0:
-        fell = advance(
-            x,
-            anchor,
-            volts,
-            before,
-            t,
-            delay,
-            late,
-            c,
-            gear,
-            dry,
-            reach,
-            w_in,
-            w_out,
-            pulses,
-            held,
-            work,
-        )
-    if fell < 0.0 and steps > late:
-        fell = advance(
-            x,
-            anchor,
-            volts,
-            u,
-            t + delay,
-            dt - delay,
-            steps - late,
-            c,
-            gear,
-            dry,
-            reach,
-            w_in,
-            w_out,
-            pulses,
-            held,
-            work,
-        )
+        fell = advance(state, state.before, t, clock.delay, late, plant, held, work)
+    if fell < 0.0 and rest > 0:
+        fresh, left = t + clock.delay, clock.dt - clock.delay
+        fell = advance(state, u, fresh, left, rest, plant, held, work)
     for j in range(M):
-        before[j] = u[j]
+        state.before[j] = u[j]
     return fell
 
 
@@ -223,51 +170,16 @@ def record(k, x, X):
         X[k][N + i] = x[N + i] - x[N + i - 1] if i > 0 else x[N + i]
 
 
-def run(
-    x,
-    anchor,
-    volts,
-    before,
-    v,
-    w,
-    E,
-    H,
-    K,
-    L1,
-    L2,
-    F,
-    tracked,
-    u_max,
-    y_ref,
-    dt,
-    delay,
-    steps,
-    late,
-    c,
-    gear,
-    dry,
-    reach,
-    w_in,
-    w_out,
-    pulses,
-    held,
-    error,
-    ad,
-    limit,
-    da,
-    work,
-    X,
-    Y,
-    U,
-    XH,
-):
+def run(state, memory, law, y_ref, clock, plant, held, ports, work, rows):
     """The whole loop with the paper's controller; returns (rows written, time of a fall or -1)."""
+    E, H, K, L1, L2, F = law.E, law.H, law.K, law.L1, law.L2, law.F
+    tracked, u_max = law.tracked, law.u_max
+    v, w, v_next = memory.v, memory.w, memory.v_next
     p, states, r = len(E), len(L1), len(tracked)
-    v_next = work[12]
-    for k in range(len(X)):
-        y, u, xhat = Y[k], U[k], XH[k]
-        record(k, x, X)
-        read(x, error[k], ad, w_out, y)
+    for k in range(len(rows.X)):
+        y, u, xhat = rows.Y[k], rows.U[k], rows.XH[k]
+        record(k, state.x, rows.X)
+        read(state.x, ports.error[k], ports.ad, plant.w_out, y)
         for i in range(states):
             total = 0.0
             for j in range(N + 1):
@@ -294,30 +206,11 @@ def run(
         for i in range(p):
             v[i] = v_next[i]
         for i in range(r):
-            w[i] += dt * (y_ref[k][i] - y[tracked[i]])
-        send(u, limit, da)
-        if k + 1 < len(X):
-            fell = hold(
-                x,
-                anchor,
-                volts,
-                before,
-                u,
-                k * dt,
-                dt,
-                delay,
-                steps,
-                late,
-                c,
-                gear,
-                dry,
-                reach,
-                w_in,
-                w_out,
-                pulses,
-                held[k % len(held)],
-                work,
-            )
+            w[i] += clock.dt * (y_ref[k][i] - y[tracked[i]])
+        send(u, ports.limit, ports.da)
+        if k + 1 < len(rows.X):
+            t = (clock.first + k) * clock.dt
+            fell = hold(state, u, t, clock, plant, held[k % len(held)], work)
             if fell >= 0.0:
                 return k + 1, fell
-    return len(X), -1.0
+    return len(rows.X), -1.0

@@ -1,34 +1,28 @@
-"""Numbers that the compiled plant needs, and an inner step that fits its fastest motion."""
+"""What the kernel takes, from a rig and its imperfections; an inner step that fits the fastest motion."""
 
 import math
 from dataclasses import replace
 from functools import lru_cache
+from types import ModuleType
 from typing import NamedTuple
 
 import numpy as np
 
+from .._arguments import found, number
 from ..lagrange import parameter_values
 from .generated import load_kernel
+from .tuples import Clock, Plant, Ports, State
 
 LARGEST_STEP = 1e-3  # s
 ACCURATE = 0.35  # step times fastest rate: the error of a Runge-Kutta step is then below 1e-4
 STABLE = 2.0  # beyond 2.8 classical Runge-Kutta diverges
-
-
-class Plant(NamedTuple):
-    """Settings of `kernel.advance`, in its order (arrays, or lists where nothing is compiled)."""
-
-    c: list  # combined parameters of the equations of motion
-    gear: list  # a row per motor: gain, damping, inertia, half gap, stiffness, impact, dry friction
-    dry: list  # dry friction of the hinges, N m
-    reach: float  # rad
-    w_in: list  # filter rates, 1/s; 0: no filter
-    w_out: list
+MOST_STEPS = 20_000_000  # of one run: some seconds
+FAST_FILTER = 2e4  # 1/s: a filter that settles within 0.05 ms is taken as none
 
 
 @lru_cache(maxsize=256)
 def plant_numbers(rig, imperfections):
-    """The `Plant` of `rig` as arrays."""
+    """The `Plant` of `rig` as arrays, without pulses."""
     n, m, gaps = rig.n_links, rig.n_motors, imperfections.each("gap", rig.n_motors)
     for j, (gap, motor) in enumerate(zip(gaps, rig.motors), 1):
         if gap > 0 and motor.inertia <= 0:
@@ -63,15 +57,73 @@ def plant_numbers(rig, imperfections):
             )
         w_in = 2 * np.pi * np.array(rig.filters.input_hz)
         w_out = 2 * np.pi * np.array(rig.filters.output_hz)
+        for w in (w_in, w_out):
+            w[w > FAST_FILTER] = 0.0
     dry = imperfections.each("hinge_friction", n)
-    return Plant(c, np.ascontiguousarray(gear), dry, imperfections.presliding, w_in, w_out)
+    return Plant(
+        c,
+        np.ascontiguousarray(gear),
+        dry,
+        float(imperfections.presliding),
+        w_in,
+        w_out,
+        np.zeros((0, 4)),
+    )
+
+
+class Bench(NamedTuple):
+    """One run in the form that the kernel takes."""
+
+    kernel: ModuleType
+    state: State
+    plant: Plant
+    clock: Clock
+    ports: Ports
+    held: list  # torques on the links over each sample, N m, or one row for all
+    work: list
+
+
+def bench_tuples(rig, imperfections, x0, loads, clock, rows):
+    """The `Bench` that starts at the relative angles and rates x0 under `loads` (pulses, held)."""
+    kernel = load_kernel(rig.n_links, rig.n_motors)
+    pulses, held = loads
+    plant = plant_numbers(rig, imperfections)._replace(pulses=pulses)
+    size = 3 * kernel.N + 2 * kernel.M + 1
+    parts = (
+        _state(x0, kernel.N, kernel.M),
+        plant,
+        clock,
+        _ports(rig, imperfections, rows),
+        held,
+        np.zeros((12, size)),
+    )
+    return Bench(kernel, *(pack(kernel, part) for part in parts))
+
+
+def _state(x0, n, m):
+    """At rest or moving, gears in the middle of their gaps, dry contacts without strain."""
+    joints, rates = x0[1 : m + 1], x0[n + 1 : n + m + 1]
+    x = np.concatenate([np.cumsum(x0[:n]), np.cumsum(x0[n:]), joints, rates, x0[: n + 1]])
+    return State(x, np.concatenate([x0[:n], joints]), np.zeros(m), np.zeros(m))
+
+
+def _ports(rig, imperfections, rows):
+    n, m = rig.n_links, rig.n_motors
+    noise = np.random.default_rng(imperfections.seed).standard_normal((rows, n + 1))
+    with np.errstate(over="ignore"):  # `simulate` says so
+        error = imperfections.each("offset", n + 1) + imperfections.each("noise", n + 1) * noise
+    limit = np.array(rig.u_max) if imperfections.saturation else np.full(m, np.inf)
+    steps = imperfections.each("resolution", n + 1), imperfections.each("voltage_resolution", m)
+    return Ports(error, steps[0], limit, steps[1])
 
 
 def pack(kernel, value):
-    """An array as the kernel takes it: itself where compiled, else as lists."""
-    if isinstance(value, np.ndarray) and not kernel.COMPILED:
-        return value.tolist()
-    return value
+    """Arrays as the kernel takes them: themselves where compiled, else as lists."""
+    if kernel.COMPILED:
+        return value
+    if isinstance(value, tuple):
+        return type(value)(*(pack(kernel, part) for part in value))
+    return value.tolist() if isinstance(value, np.ndarray) else value
 
 
 @lru_cache(maxsize=256)
@@ -85,43 +137,56 @@ def fastest_rate(rig, imperfections):
     x0 = np.zeros(size)
     x0[2 * n : 2 * n + m] = gear[:, 3] + strongest / gear[:, 4]  # pressed by the full torque
     anchor = np.concatenate([np.zeros(n), np.where(gear[:, 3] > 0, x0[2 * n : 2 * n + m], 0.0)])
-    settings = [pack(kernel, value) for value in plant]
-    c, gear, dry, reach, _, w_out = settings
-    zeros = lambda count: pack(kernel, np.zeros(count))  # noqa: E731
 
     def slope(x):
-        dx = zeros(size)
+        dx, *zeros = (pack(kernel, np.zeros(count)) for count in (size, m, n, n, n))
+        volts, load, torque, a = zeros
         kernel.derivative(
-            pack(kernel, x),
-            zeros(m),
-            zeros(n),
-            pack(kernel, anchor),
-            c,
-            gear,
-            dry,
-            reach,
-            w_out,
-            zeros(n),
-            zeros(n),
-            dx,
+            pack(kernel, x), volts, load, pack(kernel, anchor), pack(kernel, plant), torque, a, dx
         )
         return np.array(dx)
 
     tiny = 1e-6 * min(1.0, imperfections.presliding / 1e-3)
     columns = [(slope(x0 + tiny * e) - slope(x0 - tiny * e)) / (2 * tiny) for e in np.eye(size)]
-    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max())
+    if not np.isfinite(columns).all():
+        return math.inf
+    return float(np.abs(np.linalg.eigvals(np.array(columns).T)).max(initial=plant.w_in.max()))
 
 
-def inner_steps(rig, imperfections, dt, inner_step=None):
-    """(steps before the delay has passed, steps in all) of one sampling interval."""
+def integration(rig, imperfections, dt, rows, inner_step=None):
+    """The `Clock` of a run of `rows` samples.
+
+    Raises
+    ------
+    ValueError : a delay above dt; a step that is too coarse, or so fine that the run would not end
+    """
+    delay = float(imperfections.delay)
+    if delay > dt:
+        raise ValueError(f"delay: expected at most the sampling time of {dt:g} s, {found(delay)}.")
     rate = fastest_rate(rig, imperfections)
     if inner_step is None:
-        inner_step = min(LARGEST_STEP, ACCURATE / rate, dt)
-    elif inner_step * rate > STABLE:
+        step = min(LARGEST_STEP, ACCURATE / rate, dt)
+    else:
+        step = number("inner_step", inner_step, above=0)
+    if not step * MOST_STEPS >= rows * dt:
+        raise ValueError(_too_fine(rate, rows * dt, inner_step))
+    if inner_step is not None and step * rate > STABLE:
         raise ValueError(
-            f"inner_step: {inner_step:g} s is too coarse for the fastest motion of {rate:.4g} 1/s; "
+            f"inner_step: {step:g} s is too coarse for the fastest motion of {rate:.4g} 1/s; "
             f"use at most {STABLE / rate:.2g} s, or leave it out."
         )
-    count = lambda duration: math.ceil(duration / inner_step - 1e-9)  # noqa: E731
-    late = count(imperfections.delay)
-    return late, late + count(dt - imperfections.delay)
+    late, rest = (math.ceil(span / step - 1e-9) for span in (delay, dt - delay))
+    return Clock(dt, delay, late + rest, late, 0)
+
+
+def _too_fine(rate, span, inner_step):
+    most = f"a run takes at most {MOST_STEPS:,} steps of integration"
+    if inner_step is not None:
+        return (
+            f"inner_step: {most}, found {inner_step:g} s over {span:g} s; "
+            f"use at least {span / MOST_STEPS:.2g} s, a shorter t_end, or leave it out."
+        )
+    return (
+        f"imperfections: {most}, found a motion of {rate:.3g} 1/s over {span:g} s; take a softer "
+        "contact, a larger presliding, less damping, or a shorter t_end."
+    )

@@ -4,12 +4,23 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import array, found, number, whole
+from .._arguments import array, found
 from ..controllers import Controller
 from ..parameters import Pendulum
-from .generated import load_kernel
-from .imperfections import Imperfections, Pulse
-from .plant import inner_steps, pack, plant_numbers
+from .imperfections import Imperfections
+from .inputs import (
+    called,
+    disturbance_rows,
+    initial_state,
+    reference_rows,
+    sample_times,
+    sampling_time,
+    voltages,
+)
+from .plant import bench_tuples, integration, pack
+from .tuples import Law, Memory, Rows
+
+PATIENCE = 200_000  # integration steps, some 0.1 s: an interrupt is heard after as many
 
 
 @dataclass(frozen=True)
@@ -63,6 +74,7 @@ def simulate(
     t_end,
     initial=None,
     reference=0.0,
+    *,
     imperfections=None,
     disturbance=None,
     dt=None,
@@ -95,259 +107,152 @@ def simulate(
 
     Raises
     ------
-    ValueError : arguments that do not fit; an inner step that is too coarse; a controller that
-        fails, named with the time
-    """
-    if not isinstance(rig, Pendulum):
-        raise TypeError(f'rig: expected a pl.Pendulum such as pl.load("double"), {found(rig)}.')
-    if not callable(getattr(controller, "step", None)):
-        raise TypeError(
-            f"controller: expected an object with step(state, y, y_ref), {found(controller)}; "
-            "see pl.controller."
-        )
-    imperfections = Imperfections() if imperfections is None else imperfections
-    if not isinstance(imperfections, Imperfections):
-        raise TypeError(f"imperfections: expected pl.Imperfections, {found(imperfections)}.")
-    n, m = rig.n_links, rig.n_motors
-    dt = _sampling_time(controller, dt)
-    if imperfections.delay > dt:
-        raise ValueError(
-            f"delay: expected at most the sampling time of {dt:g} s, {found(imperfections.delay)}."
-        )
-    if inner_step is not None:
-        number("inner_step", inner_step, above=0)
-    rows = int(number("t_end", t_end, least=0) / dt + 1e-9) + 1
-    compiled = type(controller) is Controller
-    if compiled:
-        _fits(controller, n, m)
-    t = dt * np.arange(rows)
-    x0 = _initial(initial, n)
-    y_ref = _reference(reference, t, len(controller.tracked) if compiled else None)
-    pulses, held = _disturbance(disturbance, t, n)
+    ValueError : arguments that do not fit; an inner step that is too coarse, or so fine that the run
+        would not end; a controller or function that fails, named with the time
 
-    kernel = load_kernel(n, m)
-    late, steps = inner_steps(rig, imperfections, dt, inner_step)
-    plant = _Bench(kernel, rig, imperfections, x0, dt, late, steps, pulses, held, rows)
-    if compiled:
-        record = _run_compiled(plant, controller, y_ref, rows)
-    else:
-        record = _run_stepwise(plant, controller, y_ref, rows)
-    done, fell, X, y, u, estimate = record
+    Examples
+    --------
+    The paper's double is led to a relative angle of 0.05 rad; its integrator takes 10 s.
+
+    >>> import pendlab as pl
+    >>> design = pl.paper_design("double")
+    >>> run = pl.simulate(design.rig, design.controller, 60.0, reference=0.05)
+    >>> print(run.fell, run.angles[-1, 1].round(3))
+    False 0.05
+    """
+    imperfections = Imperfections() if imperfections is None else imperfections
+    _kinds(rig, controller, imperfections)
+    n, ours = rig.n_links, type(controller) is Controller
+    dt = sampling_time(controller, dt)
+    t = sample_times(t_end, dt)
+    if ours:
+        _fits(controller, rig)
+    x0 = initial_state(initial, n)
+    y_ref = reference_rows(reference, t, len(controller.tracked) if ours else None)
+    loads = disturbance_rows(disturbance, t, n)
+    clock = integration(rig, imperfections, dt, len(t), inner_step)
+    bench = bench_tuples(rig, imperfections, x0, loads, clock, len(t))
+    run = _run_ours if ours else _run_any
+    first = _first_estimate(bench, x0)
+    done, fell, X, y, u, estimate = run(bench, controller, y_ref, first)
+    if not (np.isfinite(y[:done]).all() and np.isfinite(u[:done]).all()):
+        raise ValueError(
+            "simulate: readings or voltages grew beyond all numbers; look for a huge value in "
+            "initial, reference, imperfections or the controller."
+        )
     return Run(
         t[:done], X[:done, :n], X[:done, n:], u[:done], y[:done],
         None if estimate is None else estimate[:done], y_ref[:done],
-        fell if fell >= 0 else None, rig, imperfections, dt, dt / steps,
+        fell if fell >= 0 else None, rig, imperfections, dt, dt / clock.steps,
     )  # fmt: skip
 
 
-class _Bench:
-    """State and settings of one run in the form that the kernel takes."""
-
-    def __init__(self, kernel, rig, imperfections, x0, dt, late, steps, pulses, held, rows):
-        n, m = rig.n_links, rig.n_motors
-        numbers = plant_numbers(rig, imperfections)
-        self.kernel, self.n, self.m = kernel, n, m
-        self.pack = lambda value: pack(kernel, value)
-        self.x0 = x0
-        joints = x0[1 : m + 1]
-        rates = x0[n + 1 : n + m + 1]
-        state = np.concatenate([np.cumsum(x0[:n]), np.cumsum(x0[n:]), joints, rates, x0[: n + 1]])
-        anchor = np.concatenate([x0[:n], joints])  # dry contacts start without strain
-        self.state = [self.pack(a) for a in (state, anchor, np.zeros(m), np.zeros(m))]
-        noise = np.random.default_rng(imperfections.seed).standard_normal((rows, n + 1))
-        error = imperfections.each("offset", n + 1) + imperfections.each("noise", n + 1) * noise
-        limit = np.array(rig.u_max) if imperfections.saturation else np.full(m, np.inf)
-        self.timing = (dt, imperfections.delay, steps, late)
-        self.plant = [self.pack(value) for value in (*numbers, pulses)]
-        self.held = self.pack(held)
-        self.reading = [self.pack(a) for a in (error, imperfections.each("resolution", n + 1))]
-        self.sending = [self.pack(a) for a in (limit, imperfections.each("voltage_resolution", m))]
-
-    def work(self, least=0):
-        return self.pack(np.zeros((13, max(3 * self.n + 2 * self.m + 1, least))))
-
-
-def _run_compiled(bench, controller, y_ref, rows):
+def _run_ours(bench, controller, y_ref, first):
     """The whole loop inside the kernel, with the arithmetic of `Controller.step`."""
-    n, m, kernel, pack_ = bench.n, bench.m, bench.kernel, bench.pack
-    start = controller.start(_first_estimate(bench))
-    o, unlimited = controller.observer, np.full(m, np.inf)
-    u_max = unlimited if controller.u_max is None else np.array(controller.u_max)
+    kernel, clock, held, ports = bench.kernel, bench.clock, bench.held, bench.ports
+    start, o = controller.start(first), controller.observer
+    m, n, count = kernel.M, kernel.N, len(y_ref)
+    u_max = np.full(m, np.inf) if controller.u_max is None else np.array(controller.u_max)
     matrices = [np.ascontiguousarray(a) for a in (o.E, o.H, o.K, o.L1, o.L2, controller.F)]
-    record = [pack_(np.zeros((rows, k))) for k in (2 * n, n + 1, m, 2 * n)]
-    done, fell = kernel.run(
-        *bench.state,
-        pack_(start.v.copy()),
-        pack_(start.w.copy()),
-        *(pack_(a) for a in matrices),
-        pack_(np.array(controller.tracked, dtype=np.int64)),
-        pack_(u_max),
-        pack_(y_ref),
-        *bench.timing,
-        *bench.plant,
-        bench.held,
-        *bench.reading,
-        *bench.sending,
-        bench.work(len(o.E)),
-        *record,
-    )
-    X, y, u, estimate = (np.asarray(a) for a in record)
-    return done, fell, X, y, u, estimate
-
-
-def _run_stepwise(bench, controller, y_ref, rows):
-    """Sample by sample, with any controller that has `step`."""
-    n, m, kernel = bench.n, bench.m, bench.kernel
-    X, y, u = np.zeros((rows, 2 * n)), np.zeros((rows, n + 1)), np.zeros((rows, m))
-    estimate = [] if callable(getattr(controller, "estimate", None)) else None
-    x, anchor, volts, before = bench.state
-    error, ad = bench.reading
-    limit, da = bench.sending
-    w_out, work, buffer = bench.plant[5], bench.work(), bench.pack(np.zeros(n + 1))
-    dt, delay, steps, late = bench.timing
-    voltages = bench.pack(np.zeros(m))
-    if callable(getattr(controller, "start", None)):
-        state = _named(0.0, "start", controller.start, _first_estimate(bench))
-    else:
-        state = None
-    for k in range(rows):
-        t = k * dt
-        X[k] = _relative(np.asarray(x[: 2 * n]), n)
-        kernel.read(x, error[k], ad, w_out, buffer)
-        y[k] = buffer
-        if estimate is not None:
-            estimate.append(_named(t, "estimate", controller.estimate, state, y[k].copy()))
-        target = float(y_ref[k, 0]) if y_ref.shape[1] == 1 else y_ref[k].copy()
-        answer = _named(t, "step", controller.step, state, y[k].copy(), target)
-        voltages[:], state = _voltages(answer, m, t)
-        kernel.send(voltages, limit, da)
-        u[k] = voltages
-        if k + 1 < rows:
+    law = pack(kernel, Law(*matrices, np.array(controller.tracked, dtype=np.int64), u_max))
+    memory = pack(kernel, Memory(start.v.copy(), start.w.copy(), np.zeros(len(o.E))))
+    rows = pack(kernel, Rows(*(np.zeros((count, k)) for k in (2 * n, n + 1, m, 2 * n))))
+    y_ref, fell, done = pack(kernel, y_ref), -1.0, 0
+    stretch = max(1, PATIENCE // clock.steps)
+    while done < count and fell < 0:
+        if done > 0:  # from the last sample of the stretch before
+            t, loads = (done - 1) * clock.dt, held[(done - 1) % len(held)]
             fell = kernel.hold(
-                x,
-                anchor,
-                volts,
-                before,
-                voltages,
-                t,
-                dt,
-                delay,
-                steps,
-                late,
-                *bench.plant,
-                bench.held[k % len(bench.held)],
-                work,
+                bench.state, rows.U[done - 1], t, clock, bench.plant, loads, bench.work
             )
             if fell >= 0:
                 break
-    else:
-        fell = -1.0
+        part = slice(done, done + stretch)
+        more, fell = kernel.run(
+            bench.state,
+            memory,
+            law,
+            y_ref[part],
+            clock._replace(first=done),
+            bench.plant,
+            held[part] if len(held) > 1 else held,
+            ports._replace(error=ports.error[part]),
+            bench.work,
+            Rows(*(record[part] for record in rows)),
+        )
+        done += more
+    return done, fell, *(np.asarray(record) for record in rows)
+
+
+def _run_any(bench, controller, y_ref, first):
+    """Sample by sample, with any controller that has `step`."""
+    kernel, clock, ports, count = bench.kernel, bench.clock, bench.ports, len(y_ref)
+    n, m, x = kernel.N, kernel.M, bench.state.x
+    X, y, u = (np.zeros((count, k)) for k in (2 * n, n + 1, m))
+    estimate = [] if callable(getattr(controller, "estimate", None)) else None
+    reading, sent = (pack(kernel, np.zeros(k)) for k in (n + 1, m))
+    state, fell = None, -1.0
+    if callable(getattr(controller, "start", None)):
+        state = called("controller: start", 0.0, controller.start, first)
+    for k in range(count):
+        t = k * clock.dt
+        X[k] = _relative(np.asarray(x[: 2 * n]), n)
+        kernel.read(x, ports.error[k], ports.ad, bench.plant.w_out, reading)
+        y[k] = reading
+        if estimate is not None:
+            estimate.append(_estimate(controller, state, y[k].copy(), t))
+        target = float(y_ref[k, 0]) if y_ref.shape[1] == 1 else y_ref[k].copy()
+        answer = called("controller: step", t, controller.step, state, y[k].copy(), target)
+        sent[:], state = voltages(answer, m, t)
+        kernel.send(sent, ports.limit, ports.da)
+        u[k] = sent
+        if k + 1 < count:
+            loads = bench.held[k % len(bench.held)]
+            fell = kernel.hold(bench.state, sent, t, clock, bench.plant, loads, bench.work)
+            if fell >= 0:
+                break
     return k + 1, fell, X, y, u, None if estimate is None else np.array(estimate)
+
+
+def _estimate(controller, state, y, t):
+    value = called("controller: estimate", t, controller.estimate, state, y)
+    return array(f"controller: estimate at t = {t:.4g} s", value, (2 * (len(y) - 1),))
 
 
 def _relative(absolute, n):
     return np.concatenate([np.diff(absolute[:n], prepend=0.0), np.diff(absolute[n:], prepend=0.0)])
 
 
-def _first_estimate(bench):
+def _first_estimate(bench, x0):
     """x(0) as the bench knows it: the angles that its sensors read, and the rates it starts with."""
-    y = bench.pack(np.zeros(bench.n + 1))
-    error, ad = bench.reading
-    bench.kernel.read(bench.state[0], error[0], ad, bench.plant[5], y)
-    return np.concatenate([np.asarray(y)[: bench.n], bench.x0[bench.n :]])
+    n, ports = bench.kernel.N, bench.ports
+    y = pack(bench.kernel, np.zeros(n + 1))
+    bench.kernel.read(bench.state.x, ports.error[0], ports.ad, bench.plant.w_out, y)
+    return np.concatenate([np.asarray(y)[:n], x0[n:]])
 
 
-def _named(t, name, function, *arguments):
-    """Call the controller; a failure is named with its time."""
-    try:
-        return function(*arguments)
-    except Exception as problem:
-        raise ValueError(
-            f"controller: {name} failed at t = {t:.4g} s ({type(problem).__name__}: {problem})."
-        ) from problem
+def _kinds(rig, controller, imperfections):
+    if not isinstance(rig, Pendulum):
+        raise TypeError(f'rig: expected a pl.Pendulum such as pl.load("double"), {found(rig)}.')
+    if isinstance(controller, type):
+        raise TypeError(
+            f"controller: expected an object, found the class {controller.__name__}; "
+            f"make one first: {controller.__name__}(...)."
+        )
+    if not callable(getattr(controller, "step", None)):
+        raise TypeError(
+            f"controller: expected an object with step(state, y, y_ref), {found(controller)}; "
+            "see pl.controller."
+        )
+    if not isinstance(imperfections, Imperfections):
+        raise TypeError(f"imperfections: expected pl.Imperfections, {found(imperfections)}.")
 
 
-def _voltages(answer, m, t):
-    """(voltages, next state) from what `step` returned."""
-    when = f"controller: step at t = {t:.4g} s"
-    if not isinstance(answer, tuple) or len(answer) != 2:
-        raise ValueError(f"{when} must return the pair (u, next state), {found(answer)}.")
-    try:
-        u = np.atleast_1d(np.asarray(answer[0], dtype=float))
-    except (TypeError, ValueError) as problem:
-        raise ValueError(f"{when} must return {m} voltages, {found(answer[0])}.") from problem
-    if u.shape != (m,):
-        raise ValueError(f"{when} must return {m} voltages, found shape {u.shape}.")
-    if not np.all(np.isfinite(u)):
-        raise ValueError(f"{when} returned {u}; every voltage must be finite.")
-    return u, answer[1]
-
-
-def _sampling_time(controller, dt):
-    own = getattr(controller, "dt", None)
-    if dt is None:
-        dt = 0.01 if own is None else own
-    number("dt", dt, above=0)
-    if own is not None and abs(own - dt) > 1e-12:
-        raise ValueError(f"dt: the controller is made for {own:g} s, {found(dt)}; leave dt out.")
-    return float(dt)
-
-
-def _fits(controller, n, m):
-    o = controller.observer
+def _fits(controller, rig):
+    o, n, m = controller.observer, rig.n_links, rig.n_motors
     have = (o.L1.shape[0], o.K.shape[1], len(controller.F))
     if have != (2 * n, n + 1, m):
         raise ValueError(
             f"controller: the rig has {2 * n} states, {n + 1} outputs and {m} motors, found a "
             f"controller for {have[0]}, {have[1]} and {have[2]}; design it for this rig."
         )
-
-
-def _initial(initial, n):
-    """Relative angles and rates from either."""
-    if initial is None:
-        return np.zeros(2 * n)
-    x0 = array("initial", np.atleast_1d(initial))
-    if x0.shape not in ((n,), (2 * n,)):
-        raise ValueError(
-            f"initial: expected {n} relative angles, or {n} angles and {n} rates, "
-            f"found shape {x0.shape}."
-        )
-    if np.abs(np.cumsum(x0[:n])).max() >= np.pi / 2:
-        raise ValueError("initial: a link starts past the horizontal; angles are in radians.")
-    return np.concatenate([x0, np.zeros(2 * n - len(x0))])
-
-
-def _reference(reference, t, columns):
-    """y_r as rows (samples, tracked outputs)."""
-    if callable(reference):
-        reference = np.array([np.atleast_1d(reference(float(time))) for time in t])
-    value = array("reference", reference)
-    if value.ndim == 1:
-        value = value[:, None]
-    if value.ndim == 0 or (value.ndim == 2 and value.shape[1] == 1):
-        value = np.broadcast_to(value, (len(t) if value.size == 1 else len(value), columns or 1))
-    if value.ndim != 2 or len(value) != len(t) or (columns and value.shape[1] != columns):
-        raise ValueError(
-            f"reference: expected a number, a function of t, or one row for each of the {len(t)} "
-            f"samples{f' with {columns} columns' if columns else ''}, found shape {value.shape}."
-        )
-    return np.ascontiguousarray(value)
-
-
-def _disturbance(disturbance, t, n):
-    """(pulses as rows: link index, start, end, height; torques held over each sample)."""
-    none, rest = np.zeros((0, 4)), np.zeros((1, n))
-    if disturbance is None:
-        return none, rest
-    if callable(disturbance):
-        held = [array("disturbance", disturbance(float(time)), (n,)) for time in t]
-        return none, np.array(held)
-    pulses = disturbance if isinstance(disturbance, (list, tuple)) else [disturbance]
-    for pulse in pulses:
-        if not isinstance(pulse, Pulse):
-            raise TypeError(f"disturbance: expected pl.Pulse or a function of t, {found(pulse)}.")
-        if whole("Pulse link", pulse.link, least=1) > n:
-            raise ValueError(f"disturbance: the rig has links 1 to {n}, found {pulse.link}.")
-    rows = [(p.link - 1, p.start, p.start + p.length, p.height) for p in pulses]
-    return np.array(rows, dtype=float).reshape(-1, 4), rest

@@ -19,7 +19,7 @@ from scipy.integrate import solve_ivp
 
 import pendlab as pl
 from pendlab.bench.generated import load_kernel
-from pendlab.bench.plant import inner_steps, plant_numbers
+from pendlab.bench.plant import integration, plant_numbers
 
 HERE = Path(__file__).parent
 T_END = 37.0
@@ -58,8 +58,8 @@ def in_c(flags):
     gears = [
         on.each(f, 2) for f in ("gap", "contact_stiffness", "contact_damping", "gear_friction")
     ]
-    late, steps = inner_steps(rig, on, c.dt)
     rows = round(T_END / c.dt) + 1
+    clock = integration(rig, on, c.dt, rows)
     x0 = np.concatenate([start, np.zeros(3)])
     ad = on.each("resolution", 4)
     read = ad[:3] * np.floor((x0[:3] + on.each("offset", 4)[:3]) / ad[:3] + 0.5)
@@ -77,7 +77,7 @@ def in_c(flags):
         run = ctypes.CDLL(str(library)).run
     out = np.zeros((rows, 5))
     pointer = lambda a: a.ctypes.data_as(ctypes.c_void_p)  # noqa: E731
-    seconds, done = best(lambda: run(pointer(setup), rows, late, steps, pointer(out)))
+    seconds, done = best(lambda: run(pointer(setup), rows, clock.late, clock.steps, pointer(out)))
     return seconds, out[:done, :3]
 
 
@@ -93,15 +93,14 @@ def by_solve_ivp(t_end):
     volts = np.zeros(2)
 
     def slope(t, z):  # the state with the two input filters at its end
-        kernel.derivative(z, z[14:], load, anchor, numbers.c, numbers.gear, numbers.dry,
-                          numbers.reach, numbers.w_out, torque, a, dx)  # fmt: skip
+        kernel.derivative(z, z[14:], load, anchor, numbers, torque, a, dx)
         return np.concatenate([dx, numbers.w_in * (u - z[14:])])
 
     z = np.concatenate([x, volts])
     for _ in range(round(t_end / c.dt)):
         u, state = c.step(state, z[10:14])
         z = solve_ivp(slope, (0, c.dt), z, rtol=1e-6, atol=1e-8).y[:, -1]
-        kernel.drag(z, anchor, numbers.gear, numbers.dry, numbers.reach)
+        kernel.drag(z, anchor, numbers)
 
 
 def by_mujoco():
