@@ -35,6 +35,7 @@ _CONTENTS = {
         "closed_loop_eigenvalues",
         "loop_gain",
         "return_differences",
+        "time_constant",
         "margins",
     ),
     "nyquist": ("encirclements",),

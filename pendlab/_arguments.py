@@ -85,12 +85,26 @@ def instance(name, value, kind, example=""):
     return value
 
 
-def state_space(name, model):
-    """`model` if it is a control.StateSpace."""
+def state_space(name, model, sampled=None):
+    """`model` if it is a control.StateSpace with states; `sampled` True or False asks for a kind."""
     from control import StateSpace  # here, so that rigs load without it
 
     if not isinstance(model, StateSpace):
         raise TypeError(f"{name}: expected a control.StateSpace, {found(model)}.")
+    if not all(np.isfinite(part).all() for part in (model.A, model.B, model.C, model.D)):
+        raise ValueError(f"{name}: every entry of A, B, C and D must be finite, found nan or inf.")
+    if 0 in (model.nstates, model.ninputs, model.noutputs) or model.dt in (None, True):
+        raise ValueError(
+            f"{name}: expected states, inputs, outputs and a sampling time (0: continuous), found "
+            f"{model.nstates}, {model.ninputs}, {model.noutputs} and dt = {model.dt}."
+        )
+    if sampled and not model.dt:
+        raise ValueError(f"{name}: expected a sampled one, found a continuous one; use pl.sample.")
+    if sampled is False and model.dt:
+        raise ValueError(
+            f"{name}: expected a continuous model, found one already sampled at {model.dt} s; "
+            "use pl.linearize, pl.with_filters if wanted, then pl.sample once."
+        )
     return model
 
 

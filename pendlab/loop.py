@@ -1,7 +1,13 @@
-"""Loop analysis of sampled systems: frequency response, encirclements, margins.
+"""Loop analysis of sampled systems: frequency responses, return differences, margins.
 
-A loop is a square control.StateSpace L with closed loop u = -L u: L = P G broken at every input
-(`open_loop`), or broken at one input with the others closed (`broken_at`).
+A loop is a square control.StateSpace L = P G with closed loop u = -L u: what comes back, with the
+sign turned, when the loop is broken at the x. `open_loop` breaks it at every input, `broken_at`
+at one with the others closed.
+
+         u     +-------+     y     +------+
+    --x------->| G(z)  |---------->| P(z) |---+      I + L: return difference
+      |        +-------+           +------+   |
+      +------------------ -1 <----------------+
 """
 
 from dataclasses import dataclass
@@ -12,7 +18,7 @@ import numpy as np
 from scipy.linalg import schur
 from scipy.optimize import brentq
 
-from ._arguments import array, found, number, state_space, whole
+from ._arguments import array, instance, number, state_space, whole
 from .controllers import Controller
 
 ON_CIRCLE = 1e-8  # an eigenvalue this close to the unit circle counts as on it (the integrator)
@@ -29,6 +35,10 @@ def frequency_response(system, omega):
     Returns
     -------
     complex array (N, p, m)
+
+    >>> lag = control.ss([[-1.0]], [[1.0]], [[1.0]], 0)
+    >>> frequency_response(lag, 1.0).tolist()  # 1/(1 + j)
+    [[[(0.5-0.5j)]]]
     """
     state_space("system", system)
     omega = array("omega", np.atleast_1d(omega), (None,))
@@ -76,10 +86,13 @@ def open_loop(controller, plant):
     """P(z) G(z), loops broken at all m plant inputs, as one m x m control.StateSpace.
 
     `controller` is a pl.Controller (u = -P y) and `plant` a sampled model with the same dt.
+
+    >>> from pendlab import paper_design
+    >>> design = paper_design("double")
+    >>> open_loop(design.controller, design.model).nstates  # plant 4, observer 1, integrator 1
+    6
     """
-    if not isinstance(controller, Controller):
-        raise TypeError(f"controller: expected a pl.Controller, {found(controller)}.")
-    system = controller.system
+    system = instance("controller", controller, Controller).system
     if not np.isclose(state_space("plant", plant).dt, system.dt):
         raise ValueError(
             f"plant: expected one sampled at the controller's {system.dt} s, found dt = "
@@ -90,19 +103,20 @@ def open_loop(controller, plant):
             f"plant: expected {system.noutputs} inputs and {system.ninputs} outputs to match the "
             f"controller, found {plant.ninputs} and {plant.noutputs}."
         )
-    A = np.block(
-        [
-            [plant.A, np.zeros((plant.nstates, system.nstates))],
-            [system.B @ plant.C, system.A],
-        ]
-    )
-    B = np.vstack([plant.B, np.zeros((system.nstates, plant.ninputs))])
-    C = -np.hstack([system.D @ plant.C, system.C])
-    return control.ss(A, B, C, 0, plant.dt, name="P G")
+    loop = -(system * plant)
+    loop.update_names(name="P G")
+    return loop
 
 
 def state_feedback_loop(model, F):
-    """F (zI - A)^-1 B, the loop gain of u = -F x, as a control.StateSpace."""
+    """F (zI - A)^-1 B, the loop gain of u = -F x, as a control.StateSpace.
+
+    >>> from pendlab import paper_design
+    >>> design = paper_design("double")
+    >>> round(margins(state_feedback_loop(design.augmented, design.F)).modulus, 3)
+    0.946
+    """
+    state_space("model", model)
     F = array("F", np.atleast_2d(F), (model.ninputs, model.nstates))
     return control.ss(model.A, model.B, F, 0, model.dt, name="F (zI - A)^-1 B")
 
@@ -111,6 +125,10 @@ def broken_at(loop, index):
     """`loop` broken at one input with all the others closed: rd_index(z) - 1, (33) and (34).
 
     The other inputs are u_o = -C_o x, so A becomes A - B_o C_o.
+
+    >>> from pendlab import paper_design
+    >>> broken_at(paper_design("triple").nominal_loop, 0).ninputs
+    1
     """
     check_loop(loop)
     if whole("index", index) >= loop.ninputs:
@@ -124,20 +142,24 @@ def broken_at(loop, index):
 
 def check_loop(loop):
     """Refuse what is no loop of this module: square, sampled, D = 0."""
-    state_space("loop", loop)
+    state_space("loop", loop, sampled=True)
     if loop.ninputs != loop.noutputs:
         raise ValueError(
             f"loop: expected as many inputs as outputs, found {loop.ninputs} and {loop.noutputs}; "
             "use pl.open_loop or pl.state_feedback_loop."
         )
-    if not loop.dt:
-        raise ValueError("loop: expected a sampled loop, found a continuous one; use pl.sample.")
     if np.any(loop.D):
         raise ValueError("loop: expected D = 0, as of any sampled plant, found another D.")
+    return loop
 
 
 def closed_loop_eigenvalues(loop):
-    """Eigenvalues of A - B C, sorted by magnitude, the largest first."""
+    """Eigenvalues of A - B C, sorted by magnitude, the largest first.
+
+    >>> closed_loop_eigenvalues(control.ss([[1.2]], [[1]], [[0.7]], 0, 0.01)).round(3)
+    array([0.5])
+    """
+    check_loop(loop)
     return sorted_eigenvalues(loop.A - loop.B @ loop.C)
 
 
@@ -145,11 +167,27 @@ def sorted_eigenvalues(A):
     """Eigenvalues by falling magnitude, then rising real part, the positive imaginary one first."""
     values = np.linalg.eigvals(A)
     order = np.lexsort((-values.imag.round(9), values.real.round(9), -np.abs(values).round(9)))
-    return values[order] + 0.0
+    return np.real_if_close(values[order], tol=0 if values.imag.any() else 1) + 0.0
+
+
+def time_constant(loop):
+    """Time constant (s) of the slowest closed-loop motion, -dt/ln|z|; inf where it does not decay.
+
+    >>> round(time_constant(control.ss([[1.0]], [[1.0]], [[1 - np.exp(-0.01)]], 0, 0.01)), 6)
+    1.0
+    """
+    largest = np.abs(closed_loop_eigenvalues(loop)[0])
+    return float(-loop.dt / np.log(largest)) if 0 < largest < 1 else float(largest and np.inf)
 
 
 def loop_gain(controller, plant, omega):
-    """P(z) G(z) on the unit circle at `omega` (rad/s), shape (len(omega), m, m)."""
+    """P(z) G(z) on the unit circle at `omega` (rad/s), shape (len(omega), m, m).
+
+    >>> from pendlab import paper_design
+    >>> design = paper_design("double")
+    >>> abs(loop_gain(design.controller, design.model, 200.0)).round(3)
+    array([[[0.064]]])
+    """
     return frequency_response(open_loop(controller, plant), omega)
 
 
@@ -211,7 +249,11 @@ def margins(loop, points=2000):
     """`Margins` of a sampled loop with one input, all crossings on (0, pi/dt] counted.
 
     L(e^(j omega dt)) is real at omega = pi/dt always, and at omega = 0 where no integrator is;
-    both ends count as crossings of the real axis.
+    both ends count as crossings of the real axis. Frequencies: `loop_frequencies`.
+
+    >>> from pendlab import paper_design
+    >>> round(margins(paper_design("double").loop(filters=True)).modulus, 3)  # Fig 8
+    0.65
     """
     check_loop(loop)
     if loop.ninputs != 1:
@@ -219,57 +261,114 @@ def margins(loop, points=2000):
             f"loop: margins belong to one input and one output, found {loop.ninputs} x "
             f"{loop.noutputs}; use pl.broken_at(loop, 0)."
         )
-    response = prepared(loop)
-    L_at = lambda omega: response(np.exp(1j * np.atleast_1d(omega) * loop.dt))[:, 0, 0]  # noqa: E731
-    A, B, C, one = loop.A, loop.B, loop.C, np.eye(loop.nstates)
-    # One frequency at a time, for the root finder: a solve is cheaper than the prepared form.
-    at = lambda w: (C @ np.linalg.solve(np.exp(1j * w * loop.dt) * one - A, B)).item()  # noqa: E731
-    # The slowest eigenvalue, opened or closed, says where the lowest crossing may be.
-    opened, closed = np.linalg.eigvals(loop.A), closed_loop_eigenvalues(loop)
-    slow = np.abs(np.concatenate([opened, closed]) - 1)
-    lowest = min(1e-3, 0.01 * slow.min(initial=1, where=slow > ON_CIRCLE) / loop.dt)
-    omega = frequency_grid(loop.dt, points, lowest)
+    response, A, B, C, one = prepared(loop), loop.A, loop.B, loop.C, np.eye(loop.nstates)
+
+    def L_at(omega):
+        return response(np.exp(1j * omega * loop.dt))[:, 0, 0]
+
+    def at(w):  # one frequency at a time, for the root finder: a solve is cheaper
+        return (C @ np.linalg.solve(np.exp(1j * w * loop.dt) * one - A, B)).item()
+
+    omega = loop_frequencies(loop, points)
     L = L_at(omega)
     # At pi/dt the imaginary part is zero up to rounding: no sign to compare, a crossing by itself.
-    real_axis = _roots(omega[:-1], L.imag[:-1], lambda w: at(w).imag) + [omega[-1]]
-    if np.abs(opened - 1).min() > ON_CIRCLE:
+    real_axis = [*crossings(omega[:-1], L.imag[:-1], lambda w: at(w).imag), omega[-1]]
+    if np.abs(on_circle(loop.A) - 1).min() > ON_CIRCLE:
         real_axis.insert(0, 0.0)
-    crossings = [(at(w).real, w) for w in real_axis]
-    up = min(((-1 / x, w) for x, w in crossings if -1 < x < 0), default=(np.inf, np.nan))
-    down = max(((-1 / x, w) for x, w in crossings if x < -1), default=(0.0, np.nan))
-    crossover = _roots(omega, np.abs(L) - 1, lambda w: abs(at(w)) - 1)
+    real = [(at(w).real, w) for w in real_axis]
+    up = min(((-1 / x, w) for x, w in real if -1 < x < 0), default=(np.inf, np.nan))
+    down = max(((-1 / x, w) for x, w in real if x < -1), default=(0.0, np.nan))
+    crossover = crossings(omega, np.abs(L) - 1, lambda w: abs(at(w)) - 1)
     phase = min(((abs(np.angle(-at(w))), w) for w in crossover), default=(np.inf, np.nan))
-    k = int(np.argmin(np.abs(1 + L)))
-    near = np.linspace(omega[max(k - 1, 0)], omega[min(k + 1, len(omega) - 1)], 201)
-    distance = np.abs(1 + L_at(near))
+    modulus = least(lambda w: np.abs(1 + L_at(w)), omega)
     return Margins(
-        gain_up=up[0],
-        gain_down=down[0],
-        gain_up_omega=float(up[1]),
-        gain_down_omega=float(down[1]),
-        phase=float(phase[0]),
-        phase_omega=phase[1],
-        modulus=float(distance.min()),
-        modulus_omega=float(near[distance.argmin()]),
+        *map(float, (up[0], down[0], up[1], down[1], *phase, *modulus)),
         crossover=tuple(crossover),
-        stable=bool(np.abs(closed[0]) < 1),
+        stable=bool(np.abs(closed_loop_eigenvalues(loop)[0]) < 1),
     )
 
 
-def frequency_grid(dt, points=1500, lowest=1e-3):
-    """Frequencies from `lowest` rad/s to pi/dt: logarithmic below, linear in the top decade."""
+def frequency_grid(dt, points=1500, lowest=1e-3, eigenvalues=()):
+    """Frequencies from `lowest` rad/s to pi/dt: logarithmic below, linear in the top decade.
+
+    Narrow resonances fall between the points of any grid, so give the `eigenvalues` of A, opened
+    and closed: from their own frequencies points spread as wide as each peak until the grid takes
+    over, and the grid begins well below the slowest.
+
+    >>> frequency_grid(0.01, 6, 1.0).round(1)
+    array([  1. ,   4.2,  15.7,  17.7,  74.6, 314.2])
+    """
     top = np.pi / number("dt", dt, above=0)
-    return np.unique(
-        np.concatenate(
-            [
-                np.geomspace(lowest, top, points - points // 4),
-                np.linspace(top / 20, top, points // 4),
-            ]
+    if whole("points", points, least=4) > 1_000_000 or not 0 < number("lowest", lowest) < top:
+        raise ValueError(
+            f"points, lowest: expected at most a million points from above 0 to below pi/dt = "
+            f"{top:g} rad/s, found {points} from {lowest:g}."
         )
-    )
+    z = np.asarray(eigenvalues, dtype=complex)
+    distance = np.abs(z - 1)
+    away = (distance > ON_CIRCLE) & (np.abs(z) > 1e-300)
+    lowest = min(lowest, 0.01 * distance.min(initial=np.inf, where=away) / dt)
+    pieces = [
+        np.geomspace(lowest, top, points - points // 4),
+        np.linspace(top / 20, top, points // 4),
+    ]
+    for s in np.log(z[away]) / dt:
+        width, own = max(abs(s.real), 1e-9 / dt), abs(s.imag)
+        reach = 40 * max(own, lowest) / points  # two or three points of the grid
+        if width < reach:
+            spread = np.geomspace(width / 4, reach, 4 + int(4 * np.log10(reach / width)))
+            pieces.append(own + np.concatenate([-spread, [0.0] * int(width > 1e-9 / dt), spread]))
+    omega = np.unique(np.concatenate(pieces))
+    return omega[(omega >= lowest) & (omega <= top)]
 
 
-def _roots(omega, values, function):
+def loop_frequencies(loop, points=2000):
+    """`frequency_grid` for a loop, its own eigenvalues opened and closed among the frequencies."""
+    values = [on_circle(loop.A), np.linalg.eigvals(loop.A - loop.B @ loop.C)]
+    return frequency_grid(loop.dt, points, eigenvalues=np.concatenate(values))
+
+
+def least(function, omega):
+    """Least value of `function` (of an array) over the grid `omega`, refined, and where it is.
+
+    A grid alone never decides: the three lowest dips are each cut finer between their neighbours.
+    """
+    values = function(omega)
+    around = np.concatenate([[np.inf], values, [np.inf]])
+    dips = np.flatnonzero((values <= around[:-2]) & (values <= around[2:]))
+    found = []
+    for k in dips[np.argsort(values[dips])][:3]:
+        grid, at, best = omega, k, (values[k], omega[k])
+        for _ in range(2):
+            grid = np.linspace(grid[max(at - 1, 0)], grid[min(at + 1, len(grid) - 1)], 101)
+            fine = function(grid)
+            at = int(np.argmin(fine))
+            if fine[at] < best[0] - 1e-13 * abs(best[0]):  # rounding is no improvement
+                best = fine[at], grid[at]
+        found.append(best)
+    value, where = min(found)
+    return float(value), float(where)
+
+
+def crossings(omega, values, function):
     """Sign changes of `values` over `omega`, each refined on `function`."""
     at = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0)
-    return [brentq(function, omega[i], omega[i + 1], xtol=1e-14) for i in at]
+    return [float(brentq(function, omega[i], omega[i + 1], xtol=1e-14)) for i in at]
+
+
+def on_circle(A):
+    """Eigenvalues of A, those on the unit circle put back where rounding has moved them off it.
+
+    k equal eigenvalues come out apart by about the k-th root of rounding, their mean does not.
+    """
+    values = np.linalg.eigvals(A).astype(complex)
+    rounding = 1e-13 * max(1.0, np.linalg.norm(A, 2))
+    for value in values[np.abs(np.abs(values) - 1) < 1e-2]:
+        near = np.argsort(np.abs(values - value))
+        for k in range(np.sum(np.abs(values - value) < 1e-2), 0, -1):
+            mean = values[near[:k]].mean()
+            spread = np.abs(values[near[:k]] - mean).max()
+            if abs(abs(mean) - 1) <= ON_CIRCLE and spread**k <= rounding:
+                values[near[:k]] = mean / abs(mean)
+                break
+    return values

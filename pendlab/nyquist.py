@@ -1,15 +1,20 @@
 """Nyquist contour and encirclements of a sampled loop, counted on the curve.
 
-The contour runs once round the unit circle and leaves it outward at poles on it; what is counted
-are the turns of det(I + L) about 0, which for one input are those of L about -1.
+What is counted are the turns of det(I + L) about 0, for one input those of L about -1, as z runs
+once round the unit circle, outward round poles on it. The loop is broken at x:
+
+    --x---> G(z) ---> P(z) --- -1 ---+        L(z) = P(z) G(z)
+      |                              |
+      +------------------------------+
 """
 
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import eig
 
-from .loop import ON_CIRCLE, check_loop, prepared
+from .loop import check_loop, on_circle, prepared
 
 
 class Encirclements(NamedTuple):
@@ -37,37 +42,44 @@ def encirclements(loop):
 
     Raises
     ------
-    ValueError : a closed-loop eigenvalue on the unit circle (the curve meets the critical point)
-    ArithmeticError : count and eigenvalues disagree
+    ValueError : a closed-loop eigenvalue on the unit circle (the curve meets the critical point),
+        or poles that rounding does not let us tell from each other
+
+    >>> from pendlab import paper_design
+    >>> encirclements(paper_design("triple").loop(1))  # Fig 11: one is the integrator's, moved out
+    Encirclements(turns=3, unstable_open=3, unstable_closed=0)
     """
     check_loop(loop)
-    opened = np.linalg.eigvals(loop.A)
-    closed = np.linalg.eigvals(loop.A - loop.B @ loop.C)
-    touching = np.abs(np.abs(closed) - 1).min()
-    if touching < 1e-12:
+    opened, (closed, doubt) = on_circle(loop.A), _with_doubt(loop.A - loop.B @ loop.C)
+    if np.any(np.abs(np.abs(closed) - 1) <= doubt):
         raise ValueError(
             "loop: a closed-loop eigenvalue lies on the unit circle, so the curve goes through "
             "the critical point and no count exists; change the gain a little."
         )
-    det, segments = _determinant(loop), _segments(opened, closed)
+    det, segments = _determinant(loop), _segments(loop, opened, closed)
     turns = 2 * sum(_phase_change(det, z_of) for z_of in segments) / (2 * np.pi)
-    count = Encirclements(
-        round(turns), int(np.sum(np.abs(opened) > 1 + ON_CIRCLE)), int(np.sum(np.abs(closed) > 1))
-    )
-    if abs(turns - count.turns) > 1e-3 or (
-        count.turns != count.unstable_open - count.unstable_closed
-    ):
-        raise ArithmeticError(
-            f"loop: counted {turns:.4f} turns, but {count.unstable_open} open-loop and "
-            f"{count.unstable_closed} closed-loop poles lie outside the unit circle."
+    outside = [int(np.sum(np.abs(values) > 1 + 1e-15)) for values in (opened, closed)]
+    count = Encirclements(round(turns), *outside)
+    if not abs(turns - (outside[0] - outside[1])) < 1e-3:
+        raise ValueError(
+            f"loop: counted {turns:.4f} turns, but {outside[0]} open-loop and {outside[1]} "
+            "closed-loop poles lie outside the unit circle: rounding hides some of them; "
+            "use another gain or better scaled states."
         )
     return count
 
 
+def _with_doubt(A):
+    """Eigenvalues of A, and how far rounding may have moved each (to first order)."""
+    values, left, right = eig(A, left=True)
+    overlap = np.abs(np.sum(left.conj() * right, axis=0))
+    return values, 1e-15 * np.linalg.norm(A, 2) / np.maximum(overlap, 1e-300)
+
+
 def contour(loop, points=400):
     """Upper half of the Nyquist contour: z, and det(I + L(z)) - 1 (L itself for one input)."""
-    opened = np.linalg.eigvals(loop.A)
-    segments = _segments(opened, np.linalg.eigvals(loop.A - loop.B @ loop.C))
+    check_loop(loop)
+    segments = _segments(loop, on_circle(loop.A), np.linalg.eigvals(loop.A - loop.B @ loop.C))
     z = np.concatenate([z_of(np.linspace(0, 1, points)) for z_of in segments])
     return z, _determinant(loop)(z) - 1
 
@@ -75,14 +87,18 @@ def contour(loop, points=400):
 def _determinant(loop):
     """det(I + L(z)) as a function of z."""
     L = prepared(loop)
-    if loop.ninputs == 1:
-        return lambda z: 1 + L(z)[:, 0, 0]
-    return lambda z: np.linalg.det(np.eye(loop.ninputs) + L(z))
+
+    def det(z):
+        R = np.eye(loop.ninputs) + L(z)
+        return R[:, 0, 0] if loop.ninputs == 1 else np.linalg.det(R)
+
+    return det
 
 
-def _segments(opened, closed):
+def _segments(loop, opened, closed):
     """Pieces z(t), 0 <= t <= 1, of the upper half contour from z = 1 to z = -1."""
-    on = np.abs(np.abs(opened) - 1) <= ON_CIRCLE
+    on = np.abs(np.abs(opened) - 1) <= 1e-15
+    computed = np.linalg.eigvals(loop.A)
     stops = _distinct(np.abs(np.angle(opened[on])))
     poles = np.exp(1j * np.array(stops))
     off = np.concatenate([opened[~on], closed])
@@ -93,7 +109,15 @@ def _segments(opened, closed):
     for stop in stops:
         pole = np.exp(1j * stop)
         distances = np.abs(others - pole)
-        radius = 0.1 * min(1e-4, distances[distances > 1e-12].min())
+        nearest = distances[distances > 1e-12].min(initial=1.0)
+        # Outside the places to which rounding moves a multiple pole, inside all others.
+        moved = np.sort(np.abs(computed - pole))[np.sum(np.abs(opened - pole) < 1e-12) - 1]
+        radius = max(0.1 * min(1e-4, nearest), 4 * moved)
+        if radius > 0.3 * nearest:
+            raise ValueError(
+                f"loop: rounding moves the multiple pole at {pole:.6g} by {moved:.1g} and the next "
+                f"pole is {nearest:.1g} away, so no count can be trusted; use another gain."
+            )
         half = 2 * np.arcsin(radius / 2)  # the circle is met at the angles stop -+ half
         first, last = max(stop - half, 0.0), min(stop + half, np.pi)
         if first > here:

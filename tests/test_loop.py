@@ -348,9 +348,9 @@ def test_frequency_grid():
             ValueError,
             "loop: margins belong to .* found 2 x 2",
         ),
-        (lambda d: pl.margins(d.plant[0, 0]), ValueError, "loop: expected a sampled loop"),
+        (lambda d: pl.margins(d.plant[0, 0]), ValueError, "loop: expected a sampled one"),
         (lambda d: pl.margins(d), TypeError, "loop: expected a control.StateSpace"),
-        (lambda d: pl.encirclements(d.plant[0, 0]), ValueError, "loop: expected a sampled loop"),
+        (lambda d: pl.encirclements(d.plant[0, 0]), ValueError, "loop: expected a sampled one"),
         (
             lambda d: pl.encirclements(d.model),
             ValueError,

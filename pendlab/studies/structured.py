@@ -3,9 +3,8 @@
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import minimize_scalar
 
-from ..loop import check_loop, frequency_grid, frequency_response
+from ..loop import check_loop, frequency_response, least, loop_frequencies
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,16 +58,13 @@ def structured_margin(loop, points=3000):
             f"loop: expected two inputs, found {loop.ninputs}; for one the margin is "
             "pl.margins(loop).modulus."
         )
-    sigma = lambda w: structured_sigma(frequency_response(loop, w))  # noqa: E731
-    grid = frequency_grid(loop.dt, points)
-    k = int(np.argmin(sigma(grid)))
-    low, high = grid[max(k - 1, 0)], grid[min(k + 1, len(grid) - 1)]
-    fine = minimize_scalar(
-        lambda w: sigma(w)[0], bounds=(low, high), method="bounded", options=dict(xatol=1e-10)
-    ).x
-    omega = float(min((fine, grid[k]), key=lambda w: sigma(w)[0]))
+
+    def sigma(omega):
+        return structured_sigma(frequency_response(loop, omega))
+
+    value, omega = least(sigma, loop_frequencies(loop, points))
     delta = _change(np.eye(2) + frequency_response(loop, omega)[0])
-    return StructuredMargin(float(sigma(omega)[0]), omega, delta, 1 / (1 + delta))
+    return StructuredMargin(value, omega, delta, 1 / (1 + delta))
 
 
 def _change(Rd):

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._arguments import array, found, numbers, state_space
 from ..design import Design
-from ..loop import frequency_grid, frequency_response
+from ..loop import frequency_grid, frequency_response, least
 from ..models import angle_names, equations, with_filters
 from ..parameters import Pendulum
 from ..sampled import sample
@@ -144,8 +144,7 @@ def rms(system, deviations=1.0):
 def peak_gain(system, points=3000):
     """H-infinity norm: the largest singular value at any frequency, and that frequency.
 
-    Looked for on a grid from the slowest eigenvalue to pi/dt with every eigenvalue's own frequency
-    among its points, then refined between the neighbours of the largest.
+    Looked for on a grid through every eigenvalue's own frequency, then refined.
 
     Parameters
     ----------
@@ -156,19 +155,13 @@ def peak_gain(system, points=3000):
     value, omega (rad/s)
     """
     _stable(system)
-    gain = lambda w: np.linalg.norm(frequency_response(system, w), 2, axis=(1, 2))  # noqa: E731
-    eigenvalues = np.linalg.eigvals(system.A)
-    slowest = np.abs(eigenvalues - 1).min() / system.dt
-    own = np.abs(np.angle(eigenvalues)) / system.dt  # resonances: peaks narrower than the grid
-    omega = np.unique(
-        np.concatenate([[0.0], own, frequency_grid(system.dt, points, min(1e-3, slowest / 10))])
-    )
-    for _ in range(3):
-        values = gain(omega)
-        k = int(np.argmax(values))
-        best = float(values[k]), float(omega[k])
-        omega = np.linspace(omega[max(k - 1, 0)], omega[min(k + 1, len(omega) - 1)], 201)
-    return best
+
+    def negative_gain(omega):
+        return -np.linalg.norm(frequency_response(system, omega), 2, axis=(1, 2))
+
+    omega = frequency_grid(system.dt, points, eigenvalues=np.linalg.eigvals(system.A))
+    value, where = least(negative_gain, np.append(0.0, omega))
+    return -value, where
 
 
 def _stable(system):
