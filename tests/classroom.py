@@ -5,12 +5,15 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
 from pendlab.classroom.editions import student
 
-NOTES = {
-    "exercise": "90.1",
-    "minutes": 5,
-    "points": 3,
-    "mistakes": ["forgets the factor"],
-    "marking": ["one point for the sign"],
+NOTES = {"exercise": "90.1", "minutes": 5, "points": 3}
+MARKING = {
+    "90.1": {"mistakes": ["forgets the factor"]},
+    "90.3": {
+        "criteria": ["names the cause"],
+        "full": "It rubs.",
+        "half": "Something is lost.",
+        "none": "It is so.",
+    },
 }
 SOLUTION = {"jupyter": {"source_hidden": True}, "tags": ["solution"]}
 

@@ -5,7 +5,7 @@ import re
 
 import nbformat
 import pytest
-from classroom import original, write
+from classroom import MARKING, original, write
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 from refresh_notebooks import ROOT, notebooks
@@ -87,9 +87,17 @@ def test_marks_without_partner_are_named(source, complaint):
 
 
 def test_teacher_edition_adds_notes_and_unfolds():
-    edition = teacher(original(), sheet="### Lab sheet\n\nBring a ruler.")
+    edition = teacher(original(), sheet="### Lab sheet\n\nBring a ruler.", marking=MARKING)
     note = cell(edition, "90-ex1-task-teacher").source
-    for words in ("5 min", "3 points", "forgets the factor", "one point for the sign"):
+    for words in ("5 min", "3 points", "forgets the factor"):
+        assert words in note
+    note = cell(edition, "90-ex3-task-teacher").source
+    for words in (
+        "1 point",
+        "names the cause",
+        "*Full points:* It rubs.",
+        "*No points:* It is so.",
+    ):
         assert words in note
     overview = edition.cells[0].source
     assert "Bring a ruler." in overview and "| **all** | 5 | 5 |" in overview

@@ -1,14 +1,19 @@
 """Exercise cells of the notebooks: complete, solved, timed, and not needed by what follows."""
 
 import ast
+import json
 import re
 
 import pytest
-from refresh_notebooks import ROOT
+from refresh_notebooks import ROOT, notebooks
 
 from pendlab.classroom import exercises as paper
 
 NOTEBOOKS = {path.stem: path for path in sorted((ROOT / "notebooks").glob("*.ipynb"))}
+EVERY = [path for path in notebooks() if path.stem != "extending"]
+ASKS_FOR_WORDS = re.compile(
+    r"\b(predict|explain|why|say (in|what|which)|sentences?|paragraph|compare|would you)\b", re.I
+)
 
 
 @pytest.fixture(params=NOTEBOOKS.values(), ids=NOTEBOOKS.keys())
@@ -25,7 +30,6 @@ def test_every_exercise_is_complete(notebook):
         task = cell(notebook, exercise.task)
         minutes = re.search(r"\((\d+) min\)", task["source"].splitlines()[0])
         assert minutes and int(minutes[1]) == exercise.minutes, exercise.name
-        assert exercise.mistakes and exercise.marking, exercise.name
         assert "exercise" in paper.tags(task)
         assert exercise.solutions and len(exercise.checks) == 1, exercise.name
         for name in exercise.solutions:
@@ -35,8 +39,8 @@ def test_every_exercise_is_complete(notebook):
             assert solution["metadata"]["nbgrader"]["solution"]
             if solution["cell_type"] == "code":
                 assert solution["metadata"]["jupyter"]["source_hidden"]
-            else:  # nbgrader takes written solutions only where they are graded
-                assert solution["metadata"]["nbgrader"]["grade"]
+            else:  # the answer in words is for the marker's eyes: labs/marking.toml
+                assert solution["source"].count("*Your answer here.*") == 1
 
 
 def test_every_check_shows_a_verdict_and_the_solution_is_right(notebook):
@@ -85,3 +89,55 @@ def test_start_page_tells_the_minutes_of_every_notebook():
     for stem, minutes in rows:
         title = paper.read(NOTEBOOKS[stem])["cells"][0]["source"]
         assert re.search(r"(\d+) minutes", title)[1] == minutes, stem
+
+
+# ---- What the marker needs, and where the points come from
+
+
+@pytest.mark.parametrize("path", EVERY, ids=lambda path: path.stem)
+def test_who_asks_for_words_marks_them(path):
+    """Explanations, predictions and sentences have an answer cell with points of its own."""
+    notebook = paper.read(path)
+    for exercise in paper.exercises(notebook):
+        asks = ASKS_FOR_WORDS.search(cell(notebook, exercise.task)["source"])
+        assert not asks or exercise.written, f"{exercise.name} asks: {asks[0]}"
+        for name in exercise.written:
+            points = re.match(
+                r"\*\*In words\*\* \((\d) points?\): ", cell(notebook, name)["source"]
+            )
+            assert int(points[1]) == exercise.by_hand <= exercise.points
+
+
+@pytest.mark.parametrize("path", EVERY, ids=lambda path: path.stem)
+def test_stamped_points_sum_to_the_exercises(path):
+    notebook = paper.read(path)
+    stamps = [c["metadata"].get("nbgrader", {}) for c in notebook["cells"]]
+    total = sum(exercise.points for exercise in paper.exercises(notebook))
+    assert sum(stamp.get("points", 0) for stamp in stamps) == pytest.approx(total)
+
+
+def test_points_by_hand_are_taken_out_of_those_an_exercise_has():
+    notebooks = (paper.exercises(paper.read(path)) for path in EVERY)
+    total = [sum(exercise.points for exercise in tasks) for tasks in notebooks]
+    assert total == [6, 18, 16, 16, 17, 18, 20, 18, 19, 22, 19, 24, 16, 26, 24, 22, 25, 24]
+
+
+@pytest.mark.parametrize("path", EVERY, ids=lambda path: path.stem)
+def test_marker_knows_mistakes_criteria_and_samples(path):
+    """And no notebook holds a word of it."""
+    marking, text = paper.marking(path), path.read_text(encoding="utf-8")
+    for exercise in paper.exercises(paper.read(path)):
+        notes = marking[exercise.name]
+        assert notes["mistakes"]
+        words = {"criteria", "full", "half", "none"}
+        assert words <= set(notes) if exercise.written else not words & set(notes), exercise.name
+        assert len({notes.get(key) for key in ("full", "half", "none")}) in (1, 3)
+    for notes in marking.values():
+        for said in notes.values():
+            for line in [said] if isinstance(said, str) else said:
+                assert len(line) < 30 or json.dumps(line)[1:-1] not in text
+
+
+def test_marking_names_no_exercise_that_is_gone():
+    known = {exercise.name for path in EVERY for exercise in paper.exercises(paper.read(path))}
+    assert set(paper.marking(EVERY[0])) == known == set(paper.marking(EVERY[-1]))

@@ -16,6 +16,7 @@ from pathlib import Path
 from . import exercises as paper
 
 NBGRADER_SCHEMA = 3
+SAMPLES = {"full": "Full points", "half": "Half of them", "none": "No points"}
 
 
 def student(notebook):
@@ -31,8 +32,12 @@ def student(notebook):
     return edition
 
 
-def teacher(notebook, sheet=None):
-    """A copy with solutions in sight, notes after each task, and the lab sheet's text on top."""
+def teacher(notebook, sheet=None, marking=None):
+    """A copy with solutions in sight, notes after each task, and the lab sheet's text on top.
+
+    `marking` is what `exercises.marking` reads for the marker: mistakes, criteria, sample answers.
+    """
+    marking = marking or {}
     edition = copy.deepcopy(notebook)
     exercises = paper.exercises(edition)
     notes = {exercise.task: exercise for exercise in exercises if exercise.task}
@@ -41,8 +46,10 @@ def teacher(notebook, sheet=None):
         if paper.has_solution(cell):
             _show(cell)
         cells.append(cell)
-        if cell["id"] in notes:
-            cells.append(_markdown(f"{cell['id']}-teacher", _notes(notes[cell["id"]])))
+        if exercise := notes.get(cell["id"]):
+            cells.append(
+                _markdown(f"{cell['id']}-teacher", _notes(exercise, marking.get(exercise.name, {})))
+            )
     edition["cells"] = cells
     return edition
 
@@ -50,20 +57,21 @@ def teacher(notebook, sheet=None):
 def stamp(notebook):
     """Write nbgrader's metadata on exercise cells, from their ids and the tasks' points.
 
-    Solution cells are to be filled in, check cells are locked and carry the points (shared equally
-    where an exercise has several). Any other stamp is removed.
+    Solution cells are to be filled in, written ones carry the points given by hand; check cells
+    are locked and carry the others (shared equally where an exercise has several cells of a kind).
+    Any other stamp is removed.
     """
     for cell in notebook["cells"]:
         cell["metadata"].pop("nbgrader", None)
     cells = {cell["id"]: cell for cell in notebook["cells"]}
     for exercise in paper.exercises(notebook):
         for name in exercise.solutions:
-            by_hand = not exercise.checks and name == exercise.solutions[0]
-            # A written answer is always marked by hand: nbgrader takes no other Markdown solution.
-            extra = 0 if cells[name]["cell_type"] == "markdown" else None
-            _stamp(cells[name], solution=True, points=exercise.points if by_hand else extra)
+            graded = name in exercise.written
+            share = exercise.by_hand / len(exercise.written) if graded else None
+            _stamp(cells[name], solution=True, points=share)
         for name in exercise.checks:
-            _stamp(cells[name], solution=False, points=exercise.points / len(exercise.checks))
+            share = (exercise.points - exercise.by_hand) / len(exercise.checks)
+            _stamp(cells[name], solution=False, points=share)
     for cell in notebook["cells"]:
         if paper.has_solution(cell) and "nbgrader" not in cell["metadata"]:
             _stamp(cell, solution=True)
@@ -144,16 +152,18 @@ def _overview(exercises, sheet):
     return "\n".join(lines)
 
 
-def _notes(exercise):
+def _notes(exercise, notes):
     facts = [] if exercise.minutes is None else [f"expected time {exercise.minutes:g} min"]
     facts.append(f"{exercise.points:g} points" if exercise.points != 1 else "1 point")
+    if exercise.checks and exercise.by_hand:
+        facts.append(f"of which {exercise.by_hand:g} by reading")
     lines = [f"> **For the teacher, exercise {exercise.name}:** {', '.join(facts)}."]
-    for title, items in (
-        ("Common mistakes", exercise.mistakes),
-        ("Marking points", exercise.marking),
-    ):
-        if items:
-            lines += [">", f"> {title}:", ">", *(f"> - {item}" for item in items)]
+    for title, key in (("Common mistakes", "mistakes"), ("What earns the points", "criteria")):
+        if key in notes:
+            lines += [">", f"> {title}:", ">", *(f"> - {item}" for item in notes[key])]
+    for key, title in SAMPLES.items():
+        if key in notes:
+            lines += [">", f"> *{title}:* {notes[key]}"]
     return "\n".join(lines)
 
 
@@ -203,7 +213,11 @@ def _run_student(options):
 
 
 def _run_teacher(options):
-    return _write_editions(options, lambda path, notebook: teacher(notebook, lab_sheet(path)))
+    return _write_editions(options, _teacher_of)
+
+
+def _teacher_of(path, notebook):
+    return teacher(notebook, lab_sheet(path), paper.marking(path))
 
 
 def _write_editions(options, edit):

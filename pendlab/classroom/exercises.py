@@ -10,6 +10,7 @@ import ast
 import hashlib
 import json
 import re
+import tomllib
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -24,18 +25,19 @@ LARGEST_FILE = 50_000_000  # bytes
 class Exercise:
     """One exercise: the ids of its cells, and what the task cell's metadata says about it.
 
-    `minutes` is the expected time, `points` the marks, `mistakes` common mistakes and `marking`
-    what earns the points, all from ``{"pendlab": {"exercise": "02.1", "minutes": 5, ...}}``.
+    `minutes` is the expected time and `points` the marks, of which `by_hand` are given by reading
+    the `written` cells, all from ``{"pendlab": {"exercise": "02.1", "minutes": 5, ...}}``. Where
+    there is nothing to run, all marks are given by hand.
     """
 
     name: str
     task: str | None = None
     solutions: list = field(default_factory=list)
     checks: list = field(default_factory=list)
+    written: list = field(default_factory=list)
     minutes: float | None = None
     points: float = 1
-    mistakes: tuple = ()
-    marking: tuple = ()
+    by_hand: float = 0
 
 
 def read(path):
@@ -76,8 +78,14 @@ def exercises(notebook):
             _describe(exercise, cell["metadata"].get("pendlab", {}))
         elif part["role"] == "solution":
             exercise.solutions.append(cell["id"])
+            if cell["cell_type"] == "markdown":
+                exercise.written.append(cell["id"])
         else:
             exercise.checks.append(cell["id"])
+    for exercise in found.values():
+        if not exercise.checks:
+            exercise.by_hand = exercise.points
+            exercise.written = exercise.written or exercise.solutions[:1]
     return list(found.values())
 
 
@@ -85,8 +93,19 @@ def _describe(exercise, notes):
     exercise.name = notes.get("exercise", exercise.name)
     exercise.minutes = notes.get("minutes")
     exercise.points = notes.get("points", exercise.points)
-    exercise.mistakes = tuple(notes.get("mistakes", ()))
-    exercise.marking = tuple(notes.get("marking", ()))
+    exercise.by_hand = notes.get("by_hand", 0)
+
+
+def marking(path):
+    """What only the marker may read about a notebook's exercises, by their names.
+
+    From ``labs/marking.toml`` beside the notebook or one folder up: `mistakes`, and where something
+    is marked by reading `criteria` and sample answers `full`, `half` and `none`.
+    """
+    folders = Path(path).resolve().parents[:2]
+    found = (folder / "labs" / "marking.toml" for folder in folders)
+    text = next((file.read_text(encoding="utf-8") for file in found if file.exists()), "")
+    return tomllib.loads(text)
 
 
 def tags(cell):
