@@ -159,3 +159,12 @@ def one_of(name, value, known):
         listed = ", ".join(map(repr, known))
         raise ValueError(f"{name}: expected one of {listed}, {found(value)}.")
     return value
+
+
+def plain(value, digits=4):
+    """A number as text; one that is real is written as real, whatever type it came in.
+
+    >>> plain(0.5 + 0j), plain(1j)
+    ('0.5', '0+1j')
+    """
+    return f"{value:.{digits}g}" if np.imag(value) else f"{np.real(value):.{digits}g}"

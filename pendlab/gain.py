@@ -3,7 +3,7 @@
 import control
 import numpy as np
 
-from ._arguments import array, state_space
+from ._arguments import array, plain, state_space
 
 
 def lqr(model, Q, R):
@@ -89,13 +89,13 @@ def _solvable(model, Q):
     stuck = unmoved_modes(model.A, model.B, lambda s: distance(s) > -1e-9)
     if len(stuck):
         raise ValueError(
-            f"model: not stabilisable, no input moves the mode at {stuck[0]:.4g}; "
+            f"model: not stabilisable, no input moves the mode at {plain(stuck[0])}; "
             "use another input or model."
         )
     unseen = unmoved_modes(model.A.T, _root(Q).T, lambda s: abs(distance(s)) < 1e-9)
     if len(unseen):
         raise ValueError(
-            f"Q: no weight sees the mode at {unseen[0]:.4g} on the stability limit; "
+            f"Q: no weight sees the mode at {plain(unseen[0])} on the stability limit; "
             "an integrator needs a weight above zero."
         )
 

@@ -166,6 +166,8 @@ def closed_loop_eigenvalues(loop):
 def sorted_eigenvalues(A):
     """Eigenvalues by falling magnitude, then rising real part, the positive imaginary one first."""
     values = np.linalg.eigvals(A)
+    if not np.any(values.imag):
+        values = values.real  # NumPy from 2.5 on calls them complex
     order = np.lexsort((-values.imag.round(9), values.real.round(9), -np.abs(values).round(9)))
     return np.real_if_close(values[order], tol=0 if values.imag.any() else 1) + 0.0
 

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import null_space, solve_sylvester
 from scipy.optimize import minimize
 
-from ._arguments import array, state_space
+from ._arguments import array, plain, state_space
 
 
 @dataclass(frozen=True, eq=False)
@@ -284,6 +284,6 @@ def _apart(model, E):
         gap = np.abs(eigenvalues - value).min()
         if gap < 1e-9:
             raise ValueError(
-                f"E: shares the eigenvalue {value:.6g} with A, so TA - ET = KC does not determine "
+                f"E: shares the eigenvalue {plain(value, 6)} with A, so TA - ET = KC does not determine "
                 "T from K; move it a little."
             )

@@ -1,5 +1,6 @@
 """The four ways in which students extend the package, each gone once, with the worked example's code."""
 
+import inspect
 import re
 from dataclasses import fields, replace
 
@@ -216,9 +217,9 @@ def test_imperfection_is_off_by_default_and_has_an_effect(name, double_design):
 
 @pytest.mark.parametrize("field", fields(pl.Imperfections), ids=lambda field: field.name)
 def test_imperfection_is_documented_and_off_at_zero(field):
-    text = pl.Imperfections.__doc__
+    text = inspect.getdoc(pl.Imperfections)
     entries = text[text.index("Parameters\n") : text.index("Notes\n")]
-    line = re.search(rf"^\s+{field.name} : (.+)$", entries, re.M)
+    line = re.search(rf"^{field.name} : (.+)$", entries, re.M)
     assert line and len(line[1]) > 8
     describes_another = {"seed", "contact_stiffness", "contact_damping", "presliding"}
     assert field.name in describes_another or not field.default

@@ -57,3 +57,18 @@ def test_a_wheel_carries_every_package():
 def test_unknown_name():
     with pytest.raises(AttributeError, match="no attribute 'lqrr'"):
         _ = pl.lqrr
+
+
+@pytest.mark.parametrize("module", ["pendlab.loop", "test_loop", "conftest", "prose"])
+def test_a_warning_of_our_own_is_an_error(module):
+    with pytest.raises(DeprecationWarning, match="old"):
+        warn_in(module)
+
+
+def test_a_warning_of_a_dependency_is_none():
+    with pytest.warns(DeprecationWarning, match="old"):
+        warn_in("control.statesp")
+
+
+def warn_in(module):
+    exec("import warnings; warnings.warn('old', DeprecationWarning)", {"__name__": module})

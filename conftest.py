@@ -1,4 +1,6 @@
-"""Rigs and designs that many tests share."""
+"""What all tests share: rigs and designs, the examples tried, how notebooks are compared."""
+
+from pathlib import Path
 
 import pytest
 from hypothesis import settings
@@ -12,6 +14,11 @@ settings.register_profile(
 )
 settings.register_profile("thorough", deadline=None, max_examples=150, database=None)
 settings.load_profile("pendlab")
+
+
+def pytest_configure(config):
+    """Notebooks are compared by the same rules from whatever folder pytest is started in."""
+    config.option.nbval_sanitize_with = str(Path(__file__).parent / "tests/nbval_sanitize.cfg")
 
 
 @pytest.fixture(scope="session")
