@@ -178,6 +178,42 @@ def test_saturation_clips_what_the_controller_asks():
     assert np.abs(free.angles - run.angles).max() > 1e-3
 
 
+def test_the_amplifier_saturates_after_its_filter():
+    # A step of 20 V reaches the amplifier as 20 (1 - e^(-w t)); its limit of 12 V cuts that off.
+    rig = pl.load("triple")
+    w, fine = 2 * np.pi * rig.filters.input_hz[0], 1e-4
+
+    class Expected:
+        dt = fine
+
+        def step(self, k, y, y_ref):
+            k = 0 if k is None else k
+            return [min(20 * (1 - np.exp(-w * (k + 0.5) * fine)), 12.0), 0.0], k + 1
+
+    on = pl.Imperfections(filters=True, saturation=True)
+    run = pl.simulate(rig, Voltages((20.0, 0.0)), 0.05, imperfections=on)
+    expected = pl.simulate(rig, Expected(), 0.05)
+    angles = expected.angles[:: round(run.dt / fine)]
+    np.testing.assert_allclose(run.angles, angles, atol=1e-4 * np.abs(angles).max())
+    before = pl.simulate(rig, Voltages((12.0, 0.0)), 0.05, imperfections=on)
+    assert np.abs(before.angles - run.angles).max() > 0.1 * np.abs(angles).max()
+    np.testing.assert_array_equal(run.u[:, 0], 12.0)
+
+
+@pytest.mark.parametrize("asked, on, sent", [
+    (9.0, dict(saturation=True, voltage_resolution=0.4), 9.0),  # the nearest code is 9.2 V
+    (9.0, dict(voltage_resolution=0.4), 9.2),
+    (-50.0, dict(saturation=True, voltage_resolution=0.4), -9.0),
+    (8.9, dict(saturation=True, voltage_resolution=0.4), 8.8),
+])  # fmt: skip
+def test_no_rounding_leaves_the_amplifiers_limits(asked, on, sent):
+    rig, on = pl.load("double"), pl.Imperfections(**on)
+    run = pl.simulate(rig, Voltages((asked,)), 0.1, imperfections=on)
+    np.testing.assert_allclose(run.u, sent, rtol=1e-12)
+    same = pl.simulate(rig, Voltages((sent,)), 0.1)
+    np.testing.assert_allclose(run.angles, same.angles, rtol=1e-9)
+
+
 def test_resolution_rounds_to_the_nearest_step():
     rig, steps = pl.load("triple"), np.array([1e-3, 2e-3, 5e-4, 1e-2])
     on = pl.Imperfections(resolution=tuple(steps), voltage_resolution=(0.01, 0.003))

@@ -146,7 +146,7 @@ def test_elastic_contact_keeps_the_energy_and_damping_takes_it():
         x = np.zeros(9)
         x[:6] = [0.02, -0.05, 0.0, 0.0, -0.07, 3.0]  # the rotor flies into the gap
         before = energy(x, 300.0, 0.025)
-        state = State(x, np.zeros(3), np.zeros(1), np.zeros(1))
+        state = State(x, np.zeros(3), *np.zeros((3, 1)))
         work = np.zeros((12, 9))
         fell = kernel.advance(state, np.zeros(1), 0.0, 0.2, 20000, plant, np.zeros(2), work)
         assert fell < 0

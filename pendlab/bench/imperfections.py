@@ -19,7 +19,8 @@ class Imperfections:
     Parameters
     ----------
     filters : first-order filters ``rig.filters`` on the motor voltages and the outputs
-    saturation : amplifiers limited to ``rig.u_max``; a `Controller` has limits of its own besides
+    saturation : amplifiers limited to ``rig.u_max``, after the filters as in Fig 4, at every moment; a
+        `Controller` has limits of its own besides, before the D/A
     resolution : A/D step of each output, rad and rad/s
     voltage_resolution : D/A step of each motor, V
     delay : from reading to sending, s, at most one sampling time; the old voltage holds meanwhile

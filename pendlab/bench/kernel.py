@@ -15,9 +15,10 @@ GAIN, DAMPING, INERTIA, HALF_GAP, STIFFNESS, IMPACT, DRY = range(7)
 
 
 def derivative(x, volts, load, anchor, plant, torque, a, dx):
-    """dx/dt under the motor voltages and the torques `load` on the links."""
+    """dx/dt under the filtered voltages, amplified within limits, and the torques `load` on the links."""
     rotor, speed, filtered = 2 * N, 2 * N + M, 2 * N + 2 * M
     gear, dry, reach, w_out = plant.gear, plant.dry, plant.reach, plant.w_out
+    limit = plant.limit
     for i in range(N):
         torque[i] = load[i]
         dx[i] = x[N + i]
@@ -30,7 +31,7 @@ def derivative(x, volts, load, anchor, plant, torque, a, dx):
                 torque[i - 1] += friction
     for j in range(M):
         angle = x[j + 1] - x[j]
-        tau = gear[j][GAIN] * volts[j]
+        tau = gear[j][GAIN] * min(max(volts[j], -limit[j]), limit[j])
         dx[rotor + j] = 0.0
         dx[speed + j] = 0.0
         if gear[j][HALF_GAP] > 0.0:
@@ -142,24 +143,25 @@ def read(x, error, quantum, w_out, y):
             y[i] = quantum[i] * floor(y[i] / quantum[i] + 0.5)
 
 
-def send(u, limit, quantum):
-    """Step 5: amplifier limits and D/A resolution, in place."""
+def send(u, sent, quantum, limit):
+    """Step 5: the D/A holds `sent`; u becomes what the amplifier makes of it once the filter settles."""
     for j in range(M):
-        u[j] = min(max(u[j], -limit[j]), limit[j])
+        sent[j] = u[j]
         if quantum[j] > 0.0:
-            u[j] = quantum[j] * floor(u[j] / quantum[j] + 0.5)
+            sent[j] = quantum[j] * floor(u[j] / quantum[j] + 0.5)
+        u[j] = min(max(sent[j], -limit[j]), limit[j])
 
 
-def hold(state, u, t, clock, plant, held, work):
+def hold(state, t, clock, plant, held, work):
     """One sampling interval: the old voltage until the delay has passed, then the new one."""
     late, rest, fell = clock.late, clock.steps - clock.late, -1.0
     if late > 0:
         fell = advance(state, state.before, t, clock.delay, late, plant, held, work)
     if fell < 0.0 and rest > 0:
         fresh, left = t + clock.delay, clock.dt - clock.delay
-        fell = advance(state, u, fresh, left, rest, plant, held, work)
+        fell = advance(state, state.sent, fresh, left, rest, plant, held, work)
     for j in range(M):
-        state.before[j] = u[j]
+        state.before[j] = state.sent[j]
     return fell
 
 
@@ -207,10 +209,10 @@ def run(state, memory, law, y_ref, clock, plant, held, ports, work, rows):
             v[i] = v_next[i]
         for i in range(r):
             w[i] += clock.dt * (y_ref[k][i] - y[tracked[i]])
-        send(u, ports.limit, ports.da)
+        send(u, state.sent, ports.da, plant.limit)
         if k + 1 < len(rows.X):
             t = (clock.first + k) * clock.dt
-            fell = hold(state, u, t, clock, plant, held[k % len(held)], work)
+            fell = hold(state, t, clock, plant, held[k % len(held)], work)
             if fell >= 0.0:
                 return k + 1, fell
     return len(rows.X), -1.0

@@ -59,16 +59,10 @@ def plant_numbers(rig, imperfections):
         w_out = 2 * np.pi * np.array(rig.filters.output_hz)
         for w in (w_in, w_out):
             w[w > FAST_FILTER] = 0.0
-    dry = imperfections.each("hinge_friction", n)
-    return Plant(
-        c,
-        np.ascontiguousarray(gear),
-        dry,
-        float(imperfections.presliding),
-        w_in,
-        w_out,
-        np.zeros((0, 4)),
-    )
+    dry, reach = imperfections.each("hinge_friction", n), float(imperfections.presliding)
+    limit = np.array(rig.u_max) if imperfections.saturation else np.full(m, np.inf)
+    gear, pulses = np.ascontiguousarray(gear), np.zeros((0, 4))
+    return Plant(c, gear, dry, reach, w_in, w_out, limit, pulses)
 
 
 class Bench(NamedTuple):
@@ -104,7 +98,7 @@ def _state(x0, n, m):
     """At rest or moving, gears in the middle of their gaps, dry contacts without strain."""
     joints, rates = x0[1 : m + 1], x0[n + 1 : n + m + 1]
     x = np.concatenate([np.cumsum(x0[:n]), np.cumsum(x0[n:]), joints, rates, x0[: n + 1]])
-    return State(x, np.concatenate([x0[:n], joints]), np.zeros(m), np.zeros(m))
+    return State(x, np.concatenate([x0[:n], joints]), *(np.zeros(m) for _ in range(3)))
 
 
 def _ports(rig, imperfections, rows):
@@ -112,9 +106,8 @@ def _ports(rig, imperfections, rows):
     noise = np.random.default_rng(imperfections.seed).standard_normal((rows, n + 1))
     with np.errstate(over="ignore"):  # `simulate` says so
         error = imperfections.each("offset", n + 1) + imperfections.each("noise", n + 1) * noise
-    limit = np.array(rig.u_max) if imperfections.saturation else np.full(m, np.inf)
     steps = imperfections.each("resolution", n + 1), imperfections.each("voltage_resolution", m)
-    return Ports(error, steps[0], limit, steps[1])
+    return Ports(error, *steps)
 
 
 def pack(kernel, value):

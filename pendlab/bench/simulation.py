@@ -31,7 +31,8 @@ class Run:
     ----------
     t : s
     angles, rates : true relative angles (rad) and rates (rad/s), n columns
-    u : voltages sent to the motors, V, after limits and D/A resolution
+    u : voltages sent to the motors, V: after the program's limits, D/A resolution and the amplifiers'
+        limits (what each amplifier gives once its filter has settled)
     y : the controller's readings: n relative angles and the lowest link's rate
     estimate : the controller's xhat, 2n columns, or None for a controller without `estimate`
     y_ref : reference, one column per tracked output
@@ -82,9 +83,10 @@ def simulate(
 ):
     """Simulate `rig` under `controller` from 0 to `t_end`.
 
-    At each sample, in the paper's order: read (filters, errors, A/D), estimate, control, limit,
-    send (limits, D/A, delay), update. Between samples the nonlinear equations of motion are
-    integrated by classical Runge-Kutta steps of fixed size. Equal calls give equal results.
+    At each sample, in the paper's order: read (filters, errors, A/D), estimate, control, limit (the
+    program's own ``controller.u_max``), send (D/A, delay), update. Between samples the D/A's voltage
+    passes the motor filter, then the amplifier with its limits (Fig 4), and the nonlinear equations
+    of motion are integrated by classical Runge-Kutta steps of fixed size. Equal calls give equal results.
 
     Parameters
     ----------
@@ -162,9 +164,7 @@ def _run_ours(bench, controller, y_ref, first):
     while done < count and fell < 0:
         if done > 0:  # from the last sample of the stretch before
             t, loads = (done - 1) * clock.dt, held[(done - 1) % len(held)]
-            fell = kernel.hold(
-                bench.state, rows.U[done - 1], t, clock, bench.plant, loads, bench.work
-            )
+            fell = kernel.hold(bench.state, t, clock, bench.plant, loads, bench.work)
             if fell >= 0:
                 break
         part = slice(done, done + stretch)
@@ -190,7 +190,7 @@ def _run_any(bench, controller, y_ref, first):
     n, m, x = kernel.N, kernel.M, bench.state.x
     X, y, u = (np.zeros((count, k)) for k in (2 * n, n + 1, m))
     estimate = [] if callable(getattr(controller, "estimate", None)) else None
-    reading, sent = (pack(kernel, np.zeros(k)) for k in (n + 1, m))
+    reading, volts = (pack(kernel, np.zeros(k)) for k in (n + 1, m))
     state, fell = None, -1.0
     if callable(getattr(controller, "start", None)):
         state = called("controller: start", 0.0, controller.start, first)
@@ -203,12 +203,12 @@ def _run_any(bench, controller, y_ref, first):
             estimate.append(_estimate(controller, state, y[k].copy(), t))
         target = float(y_ref[k, 0]) if y_ref.shape[1] == 1 else y_ref[k].copy()
         answer = called("controller: step", t, controller.step, state, y[k].copy(), target)
-        sent[:], state = voltages(answer, m, t)
-        kernel.send(sent, ports.limit, ports.da)
-        u[k] = sent
+        volts[:], state = voltages(answer, m, t)
+        kernel.send(volts, bench.state.sent, ports.da, bench.plant.limit)
+        u[k] = volts
         if k + 1 < count:
             loads = bench.held[k % len(bench.held)]
-            fell = kernel.hold(bench.state, sent, t, clock, bench.plant, loads, bench.work)
+            fell = kernel.hold(bench.state, t, clock, bench.plant, loads, bench.work)
             if fell >= 0:
                 break
     return k + 1, fell, X, y, u, None if estimate is None else np.array(estimate)

@@ -9,7 +9,8 @@ class State(NamedTuple):
     x: list  # link angles, link rates, rotor angles, rotor rates, filtered outputs
     anchor: list  # where each dry contact holds on, rad: hinges, then gearboxes
     volts: list  # filtered motor voltages
-    before: list  # voltages sent at the last sample
+    before: list  # voltages that the D/A held before the last sample
+    sent: list  # and those that it holds since
 
 
 class Plant(NamedTuple):
@@ -21,6 +22,7 @@ class Plant(NamedTuple):
     reach: float  # presliding, rad
     w_in: list  # filter rates, 1/s; 0: no filter
     w_out: list
+    limit: list  # of each amplifier, V; it comes after the filter
     pulses: list  # a row per pulse: index of the link, start and end in s, torque in N m
 
 
@@ -35,11 +37,10 @@ class Clock(NamedTuple):
 
 
 class Ports(NamedTuple):
-    """Converters and amplifiers."""
+    """Sensor errors and converters."""
 
     error: list  # of the sensors, a row per sample
     ad: list  # A/D step of each output; 0: exact
-    limit: list  # of each amplifier, V
     da: list  # D/A step of each motor, V
 
 

@@ -68,7 +68,7 @@ static void derivative(const setup *s, const double *moment, const double *above
         r[j + 1] += tau;
         r[j] -= tau;
         dx->phi[j] = x->w[j];
-        dx->w[j] = (s->gain[j] * volts[j] - s->damping[j] * x->w[j] - tau
+        dx->w[j] = (s->gain[j] * clip(volts[j], s->limit[j]) - s->damping[j] * x->w[j] - tau
             - s->dry_gear[j] * clip((x->phi[j] - anchor[N + j]) / s->presliding, 1)) / s->rotor[j];
     }
     for (int i = 0; i < N; i++) {
@@ -183,7 +183,7 @@ int run(const setup *s, int rows, int late, int steps, double *out)
         for (int i = 0; i < N; i++)
             out[5 * k + i] = i ? x.q[i] - x.q[i - 1] : x.q[i];
         for (int j = 0; j < M; j++)
-            out[5 * k + N + j] = u[j] = rounded(clip(u[j], s->limit[j]), s->da[j]);
+            out[5 * k + N + j] = clip(u[j] = rounded(u[j], s->da[j]), s->limit[j]);
         if (k + 1 == rows)
             break;
         if (integrate(s, moment, above, &x, anchor, volts, before, s->delay, late)
