@@ -54,6 +54,7 @@ _CONTENTS = {
     "studies.pushes": ("largest_pulses", "force_levers"),
     "figures": ("figure", "show", "save", "new_figure"),
     "classroom.checks": ("check", "Verdict"),
+    "classroom.gaps": ("skip_unanswered",),
     "classroom.own_rig": ("my_rig",),
     "classroom.contest": ("contest", "Score", "write_leaderboard"),
     "classroom.doctor": ("doctor",),

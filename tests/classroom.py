@@ -3,8 +3,6 @@
 import nbformat
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 
-from pendlab.classroom.editions import student
-
 NOTES = {"exercise": "90.1", "minutes": 5, "points": 3}
 MARKING = {
     "90.1": {"mistakes": ["forgets the factor"]},
@@ -62,15 +60,6 @@ def original():
             ),
         ],
     )
-
-
-def submission(**sources):
-    """The student edition with cells replaced by id (``ex1_solution="answer = 6.0"``)."""
-    notebook = student(original())
-    for cell in notebook.cells:
-        key = cell.id.removeprefix("90-").replace("-", "_")
-        cell.source = sources.get(key, cell.source)
-    return notebook
 
 
 def write(notebook, path):

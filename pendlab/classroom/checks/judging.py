@@ -6,28 +6,28 @@ import numpy as np
 
 from ..._arguments import array
 
-RIGHT = "Right."
+WORDS = {True: ("✓", "Right"), False: ("…", "Not yet"), None: ("…", "Not answered yet")}
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether an answer is right, and a sentence: praise or a hint.
+    """Whether an answer is right (None: there is none yet), and a sentence: praise or a hint.
 
     `score` ranks designs that compete, larger is better; the marker's leaderboard lists it.
     """
 
-    right: bool
+    right: bool | None
     message: str
     score: float | None = None
 
     def __bool__(self):
-        return self.right
+        return bool(self.right)
 
     def __repr__(self):
-        return f"{'Right' if self.right else 'Not yet'}: {self.message}"
+        return f"{WORDS[self.right][1]}: {self.message}"
 
     def _repr_markdown_(self):
-        mark, word = ("✓", "Right") if self.right else ("…", "Not yet")
+        mark, word = WORDS[self.right]
         return f"{mark} **{word}.** {self.message}"
 
 
@@ -45,8 +45,8 @@ def compare(name, answer, truth, mistakes=(), tolerance=1e-3, praise="That is wh
     -------
     Verdict
     """
-    if answer is None:
-        return Verdict(False, f"{name} is None: it has no value yet.")
+    if answer is None or answer is ...:
+        return Verdict(False, f"{name} is {answer}: it has no value yet.")
     truth = np.asarray(truth, dtype=complex if np.iscomplexobj(truth) else float)
     if np.iscomplexobj(answer) and not np.iscomplexobj(truth):
         return Verdict(
