@@ -14,6 +14,8 @@ needs_compiler = pytest.mark.skipif(
     COMPILER is None, reason="needs a C compiler (cc, gcc or clang)"
 )
 
+FLAGS = "-std=c99 -pedantic -Wall -Wextra -Wconversion -Wmissing-prototypes -Werror".split()
+
 # Reads the initial state, then y and y_ref per sample; writes u.
 MAIN = """
 #include <stdio.h>
@@ -44,8 +46,8 @@ int main(void)
 def run_in_c(source, folder, x0, rows):
     (folder / "main.c").write_text(source + MAIN)
     subprocess.run(
-        [COMPILER, "-std=c99", "-pedantic", "-Wall", "-Wextra", "-Werror", "-O2", "main.c", "-o",
-         "main"], cwd=folder, check=True, capture_output=True, text=True,
+        [COMPILER, *FLAGS, "-O2", "main.c", "-o", "main"], cwd=folder, check=True,
+        capture_output=True, text=True,
     )  # fmt: skip
     text = "\n".join(" ".join(map(repr, map(float, row))) for row in [x0, *rows])
     out = subprocess.run([folder / "main"], input=text, capture_output=True, text=True, check=True)
@@ -119,3 +121,104 @@ def test_bad_prefix_is_named(name):
 def test_other_objects_are_refused():
     with pytest.raises(TypeError, match=r"controller: expected a pl\.Controller"):
         pl.to_c(pl.load("double"))
+
+
+@pytest.fixture(params=[False, True], ids=["double", "single"])
+def source(request, recorded):
+    return pl.to_c(recorded[0], single=request.param)
+
+
+@needs_compiler
+@pytest.mark.parametrize("broken", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize("column", [0, 2, 3, 4], ids=["angle 1", "angle 3", "rate", "y_ref"])
+def test_a_reading_that_is_no_number_is_survived(recorded, source, tmp_path, column, broken):
+    """Readings: no voltage for that sample; y_ref too: the state stays, the next sample is good."""
+    controller, run = recorded
+    x0 = np.concatenate([run.y[0, :3], np.zeros(3)])
+    rows = np.hstack([run.y, run.y_ref])[:60]
+    bad = rows.copy()
+    bad[30, column] = broken
+    u, kept = (run_in_c(source, tmp_path, x0, r) for r in (bad, np.delete(rows, 30, axis=0)))
+    assert np.array_equal(u[:30], kept[:30]) and np.array_equal(u[31:], kept[30:])
+    assert np.array_equal(u[30], [0, 0]) == (column < 4)
+    assert np.all(np.isfinite(u)) and np.all(np.abs(u) <= np.float32(controller.u_max))
+
+
+@needs_compiler
+def test_a_start_that_is_no_number_counts_as_upright(recorded, source, tmp_path):
+    _, run = recorded
+    rows = np.hstack([run.y, run.y_ref])[:20]
+    broken, upright = (
+        run_in_c(source, tmp_path, x0, rows) for x0 in ([np.nan, *[0.1] * 5], np.zeros(6))
+    )
+    assert np.array_equal(broken, upright)
+
+
+@needs_compiler
+def test_lost_samples_are_counted_until_a_good_one(tmp_path):
+    source = pl.to_c(pl.paper_design("double").controller)
+    main = """
+int main(void)
+{
+    pendulum_state s;
+    double x0[4] = {0, 0, 0, 0}, good[3] = {0, 0, 0}, bad[3] = {0, 0, 0}, r[1] = {0}, u[1];
+    bad[1] = 0.0 / good[1];
+    pendulum_init(&s, x0);
+    pendulum_step(&s, bad, r, u);
+    pendulum_step(&s, bad, r, u);
+    if (s.lost != 2 || !(u[0] <= 0 && u[0] >= 0)) return 1;
+    pendulum_step(&s, good, r, u);
+    return s.lost != 0;
+}
+"""
+    (tmp_path / "main.c").write_text(source + main)
+    subprocess.run([COMPILER, *FLAGS, "main.c", "-o", "main"], cwd=tmp_path, check=True)
+    assert subprocess.run([tmp_path / "main"]).returncode == 0
+
+
+@needs_compiler
+def test_other_files_take_its_prototypes(tmp_path):
+    """Two files make one program; what `update` reads is const, in the order that `step` has."""
+    pl.to_c(pl.paper_design("double").controller, tmp_path / "controller.c")
+    (tmp_path / "main.c").write_text("""
+#define PENDULUM_PROTOTYPES_ONLY
+#include "controller.c"
+static void (*const update)(pendulum_state *, const double *, const double *, const double *)
+    = pendulum_update;
+static void (*const step)(pendulum_state *, const double *, const double *, double *)
+    = pendulum_step;
+int main(void) { return !(update && step); }
+""")
+    subprocess.run(
+        [COMPILER, *FLAGS, "main.c", "controller.c", "-o", "main"], cwd=tmp_path, check=True
+    )
+
+
+@pytest.mark.parametrize("name, angles", [("double", 2), ("triple", 3)])
+def test_comments_tell_what_is_inside(name, angles):
+    design = pl.paper_design(name)
+    slow = dataclasses.replace(design.controller, dt=0.02)
+    head = pl.to_c(slow).split("#ifndef")[0]
+    assert "sampling time 0.02 s" in head
+    assert f"y: {angles} relative angles, then the rate of the lowest link (rad, rad/s)" in head
+    for word in ("u: volts", "y_ref: rad", "codes", "no anti-windup", "finite", "-ffast-math"):
+        assert word in head
+
+
+def test_file_that_cannot_be_written_is_named(tmp_path):
+    with pytest.raises(ValueError, match="path: .*cannot be written"):
+        pl.to_c(pl.paper_design("double").controller, tmp_path / "nowhere" / "c.c")
+
+
+def test_numbers_beyond_a_float_are_refused():
+    controller = pl.paper_design("double").controller
+    large = dataclasses.replace(controller, F=1e38 * controller.F)
+    assert "e+4" in pl.to_c(large)
+    with pytest.raises(ValueError, match="single: .* too large for a float"):
+        pl.to_c(large, single=True)
+
+
+def test_a_controller_without_integrator_is_refused():
+    controller = pl.paper_design("double").controller
+    with pytest.raises(ValueError, match="integrator"):
+        pl.to_c(dataclasses.replace(controller, F=controller.F[:, :4], tracked=()))

@@ -63,15 +63,6 @@ def test_force_levers_are_the_work_of_a_force():
             assert row[k] == pytest.approx(x / 1e-6, abs=1e-9)
 
 
-def test_progress_runs_to_its_end(double):
-    told = []
-    pl.largest_pulses(
-        double.rig, double.controller, [0.2], accuracy=0.1, progress=lambda *p: told.append(p)
-    )
-    assert [done for done, _ in told] == sorted(done for done, _ in told)
-    assert told[-1][0] <= told[-1][1]
-
-
 def test_rig_that_falls_by_itself_is_named(double):
     with pytest.raises(ValueError, match="falls without any push"):
         pl.largest_pulses(double.rig, double.controller, [0.1], initial=(0.5, 0.0))

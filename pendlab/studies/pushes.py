@@ -4,9 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import array, number, whole
+from .._arguments import array, found, instance, number, numbers
 from ..bench.imperfections import Pulse
 from ..bench.many import simulate_many
+from ..bench.simulation import simulate
+from ..parameters import Pendulum
+
+FIRST, LEAST = 0.1, 1e-15  # N m (or N): where the search begins, and what counts as none
+DOUBLINGS = 40
 
 
 @dataclass(frozen=True)
@@ -33,8 +38,8 @@ class Admissible:
 
 
 def largest_pulses(
-    rig, controller, lengths, imperfections=None, initial=None, levers=None, start=3.0,
-    recovery=7.0, accuracy=0.02, progress=None,
+    rig, controller, lengths, imperfections=None, initial=None, *,
+    levers=None, start=3.0, recovery=7.0, accuracy=0.02,
 ):  # fmt: skip
     """Largest pulse on each link, in the worse direction, from which the rig recovers.
 
@@ -50,8 +55,7 @@ def largest_pulses(
     levers : (kinds, n) torque on each link per unit of each kind of push; default a torque on one
         link at a time (N m); `force_levers(rig)` for forces (N)
     start, recovery : s
-    accuracy : relative
-    progress : function of (runs done, rounds of runs at most), or None
+    accuracy : relative, from 1e-9 to below 1
 
     Returns
     -------
@@ -59,48 +63,77 @@ def largest_pulses(
 
     Raises
     ------
-    ValueError : a rig that falls without any push
+    ValueError : a rig that falls without any push, or that no push makes fall in time
+
+    >>> from pendlab import paper_design
+    >>> design = paper_design("double")
+    >>> found = largest_pulses(design.rig, design.controller, [0.05], recovery=2.0, accuracy=0.1)
+    >>> found.heights.round(1).tolist()
+    [[1.0], [1.0]]
     """
-    lengths = array("lengths", np.atleast_1d(lengths), (None,))
-    for length in lengths:
-        number("lengths", length, above=0)
-    number("accuracy", accuracy, above=0)
-    n, k = rig.n_links, len(lengths)
+    instance("rig", rig, Pendulum, 'pl.load("double")')
+    lengths = np.array(numbers("lengths", lengths, above=0))
+    number("start", start, least=0)
+    number("recovery", recovery, above=0)
+    if not 1e-9 <= number("accuracy", accuracy) < 1:
+        raise ValueError(f"accuracy: expected a number from 1e-9 to below 1, {found(accuracy)}.")
+    n = rig.n_links
     levers = np.eye(n) if levers is None else array("levers", levers, (None, n))
-    pushes = [(lever, t, sign) for lever in levers for t in lengths for sign in (1, -1)]
-    common = dict(initial=initial, imperfections=imperfections, progress=False)
-
-    def recovers(heights):
-        cases = [
-            dict(
-                disturbance=[
-                    Pulse(i + 1, start, t, sign * h * lever[i]) for i in np.flatnonzero(lever)
-                ]
-            )
-            for (lever, t, sign), h in zip(pushes, heights)
-        ]
-        runs = simulate_many(rig, controller, start + recovery, cases, **common)
-        return np.array([not run.fell for run in runs])
-
-    rounds, done = _Rounds(progress, accuracy), 0
-    low, high = np.zeros(len(pushes)), np.full(len(pushes), 0.1)
-    if not recovers(low[:1])[0]:
+    if not (lengths.size and levers.any(axis=1).all() and len(levers)):
+        raise ValueError(
+            "lengths, levers: expected at least one pulse, and kinds of push that turn a link each."
+        )
+    end, common = start + recovery, dict(initial=initial, imperfections=imperfections)
+    if simulate(rig, controller, end, **common).fell:
         raise ValueError(
             "imperfections: this rig falls without any push; balance it first, then push."
         )
-    growing = np.ones(len(pushes), dtype=bool)
-    while growing.any() and high.max() < 1e4:
-        held = recovers(high) & growing
-        low[held], high[held] = high[held], 2 * high[held]
-        growing = held
-        done = rounds.tell(done)
-    while np.any(high - low > accuracy * high):
-        middle = (low + high) / 2
-        held = recovers(middle)
-        low, high = np.where(held, middle, low), np.where(held, high, middle)
-        done = rounds.tell(done)
-    heights = low.reshape(len(levers), k, 2).min(axis=2)
+    pushes = [(lever, t, sign) for lever in levers for t in lengths for sign in (1, -1)]
+
+    def recovers(heights, which):
+        """Which of the pushes it survives; those that are not asked for count as not survived."""
+        cases = [
+            dict(disturbance=_pulses(*pushes[k], heights[k], start)) for k in np.flatnonzero(which)
+        ]
+        held = np.zeros(len(pushes), dtype=bool)
+        runs = simulate_many(rig, controller, end, cases, progress=False, **common)
+        held[which] = [not run.fell for run in runs]
+        return held
+
+    low, high = _bracket(recovers, len(pushes))
+    low, high = _bisect(recovers, low, high, accuracy)
+    heights = low.reshape(len(levers), len(lengths), 2).min(axis=2)
     return Admissible(lengths, heights, rig, imperfections)
+
+
+def _pulses(lever, length, sign, height, start):
+    return [
+        Pulse(i + 1, start, length, float(sign * height * lever[i])) for i in np.flatnonzero(lever)
+    ]
+
+
+def _bracket(recovers, count):
+    """Heights (recovered, not recovered), each twice the other or from zero to the first try."""
+    low, high = np.zeros(count), np.full(count, FIRST)
+    growing = np.ones(count, dtype=bool)
+    for _ in range(DOUBLINGS):
+        growing = recovers(high, growing)
+        if not growing.any():
+            return low, high
+        low[growing], high[growing] = high[growing], 2 * high[growing]
+    raise ValueError(
+        f"lengths, levers, recovery: a push of {high.max() / 2:.2g} N m (or N) is not enough to make "
+        "the rig fall in time; give it longer pulses, larger levers or more time."
+    )
+
+
+def _bisect(recovers, low, high, accuracy):
+    """The brackets narrowed to `accuracy`; one that reaches LEAST is left with zero as its answer."""
+    while (wide := (high - low > accuracy * high) & (high > LEAST)).any():
+        middle = (low + high) / 2
+        held = recovers(middle, wide)
+        low, high = np.where(held, middle, low), np.where(wide & ~held, middle, high)
+    return low, high
 
 
 def force_levers(rig):
@@ -111,20 +144,12 @@ def force_levers(rig):
     Returns
     -------
     (n, n) array, row i for a force on link i + 1, m
+
+    >>> from pendlab import load
+    >>> force_levers(load("double"))
+    array([[0.1291, 0.    ],
+           [0.174 , 0.217 ]])
     """
-    n = rig.n_links
+    n = instance("rig", rig, Pendulum, 'pl.load("double")').n_links
     lengths = [link.length for link in rig.links]
     return np.array([[*lengths[:i], rig.links[i].com, *[0.0] * (n - i - 1)] for i in range(n)])
-
-
-class _Rounds:
-    """Progress in rounds of runs: some ten to bracket and to bisect."""
-
-    def __init__(self, progress, accuracy):
-        self.progress = progress
-        self.all = 8 + whole("rounds", int(np.ceil(np.log2(1 / accuracy))))
-
-    def tell(self, done):
-        if self.progress is not None:
-            self.progress(min(done + 1, self.all), self.all)
-        return done + 1
