@@ -71,3 +71,37 @@ def test_rig_that_falls_by_itself_is_named(double):
 def test_lengths_must_be_positive(double):
     with pytest.raises(ValueError, match="lengths"):
         pl.largest_pulses(double.rig, double.controller, [0.0])
+
+
+@pytest.mark.parametrize("wrong", [dict(accuracy=1e-17), dict(accuracy=1.0), dict(recovery=0)])
+def test_no_search_without_end_or_sense(double, wrong):
+    (name,) = wrong
+    with pytest.raises(ValueError, match=f"^{name}: expected"):
+        pl.largest_pulses(double.rig, double.controller, [0.1], **wrong)
+
+
+def test_a_kick_of_a_microsecond_is_bracketed_too(double):
+    """Its impulse is that of a longer one."""
+    short, kick = (
+        pl.largest_pulses(double.rig, double.controller, [t], recovery=3.0).impulses
+        for t in (1e-3, 1e-6)
+    )
+    assert kick == pytest.approx(short, rel=0.05)
+
+
+def test_no_answer_is_no_number(double):
+    """Too little time to fall in, or a lever that turns nothing: a sentence, never the last try."""
+    run = dict(rig=double.rig, controller=double.controller, lengths=[0.05])
+    with pytest.raises(ValueError, match="not enough to make the rig fall in time"):
+        pl.largest_pulses(**run, recovery=1e-3)
+    with pytest.raises(ValueError, match="levers: .* that turn a link each"):
+        pl.largest_pulses(**run, levers=[[1.0, 0.0], [0.0, 0.0]])
+
+
+def test_levers_are_only_a_unit(double):
+    """Heights in a unit a billion times smaller or larger are the same pushes."""
+    run = dict(rig=double.rig, controller=double.controller, lengths=[0.05], recovery=3.0)
+    torque = pl.largest_pulses(**run).heights
+    for unit in (1e-6, 1e9):
+        heights = unit * pl.largest_pulses(**run, levers=unit * np.eye(2)).heights
+        assert heights == pytest.approx(torque, rel=0.03)

@@ -129,10 +129,11 @@ def _bracket(recovers, count):
 
 def _bisect(recovers, low, high, accuracy):
     """The brackets narrowed to `accuracy`; one that reaches LEAST is left with zero as its answer."""
-    while (wide := (high - low > accuracy * high) & (high > LEAST)).any():
+    every = np.ones(len(low), dtype=bool)
+    while np.any((high - low > accuracy * high) & (high > LEAST)):
         middle = (low + high) / 2
-        held = recovers(middle, wide)
-        low, high = np.where(held, middle, low), np.where(wide & ~held, middle, high)
+        held = recovers(middle, every)
+        low, high = np.where(held, middle, low), np.where(held, high, middle)
     return low, high
 
 
