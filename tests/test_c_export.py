@@ -206,7 +206,7 @@ def test_comments_tell_what_is_inside(name, angles):
 
 
 def test_file_that_cannot_be_written_is_named(tmp_path):
-    with pytest.raises(ValueError, match="path: .*cannot be written"):
+    with pytest.raises(ValueError, match=r"path: .*cannot be written"):
         pl.to_c(pl.paper_design("double").controller, tmp_path / "nowhere" / "c.c")
 
 
@@ -214,7 +214,7 @@ def test_numbers_beyond_a_float_are_refused():
     controller = pl.paper_design("double").controller
     large = dataclasses.replace(controller, F=1e38 * controller.F)
     assert "e+4" in pl.to_c(large)
-    with pytest.raises(ValueError, match="single: .* too large for a float"):
+    with pytest.raises(ValueError, match=r"single: .* too large for a float"):
         pl.to_c(large, single=True)
 
 

@@ -94,7 +94,7 @@ def test_no_answer_is_no_number(double):
     run = dict(rig=double.rig, controller=double.controller, lengths=[0.05])
     with pytest.raises(ValueError, match="not enough to make the rig fall in time"):
         pl.largest_pulses(**run, recovery=1e-3)
-    with pytest.raises(ValueError, match="levers: .* that turn a link each"):
+    with pytest.raises(ValueError, match=r"levers: .* that turn a link each"):
         pl.largest_pulses(**run, levers=[[1.0, 0.0], [0.0, 0.0]])
 
 
