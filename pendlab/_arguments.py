@@ -93,7 +93,7 @@ def state_space(name, model, sampled=None):
         raise TypeError(f"{name}: expected a control.StateSpace, {found(model)}.")
     if not all(np.isfinite(part).all() for part in (model.A, model.B, model.C, model.D)):
         raise ValueError(f"{name}: every entry of A, B, C and D must be finite, found nan or inf.")
-    if 0 in (model.nstates, model.ninputs, model.noutputs) or model.dt in (None, True):
+    if 0 in (model.nstates, model.ninputs, model.noutputs) or model.dt is None or model.dt is True:
         raise ValueError(
             f"{name}: expected states, inputs, outputs and a sampling time (0: continuous), found "
             f"{model.nstates}, {model.ninputs}, {model.noutputs} and dt = {model.dt}."

@@ -1,11 +1,13 @@
 """The judge of exercises and the students' own rigs."""
 
+import sys
+
 import numpy as np
 import pytest
 
 import pendlab as pl
 from pendlab.classroom.checks import exercises
-from pendlab.classroom.checks.judging import choose, compare
+from pendlab.classroom.checks.judging import all_right, choose, compare
 from pendlab.design import Design
 
 
@@ -92,3 +94,54 @@ def test_my_rig_bad_input():
         pl.my_rig(" ")
     with pytest.raises(ValueError, match="spread"):
         pl.my_rig("a", spread=0.5)
+
+
+# ---- Shares of the points
+
+
+def test_two_values_are_taken_apart():
+    right, wrong = compare("a", 2.0, 2.0), compare("b", 7.0, 2.0)
+    assert (right.share, wrong.share) == (1, 0)
+    assert all_right(right, right).share == 1 and all_right(right, right)
+    half = all_right(right, wrong)
+    assert half.share == 0.5 and not half and half.message == wrong.message
+    assert all_right(half, right, right).share == pytest.approx(5 / 6)
+
+
+@pytest.mark.parametrize("nonsense", [..., None, "?", {}, 1j, np.nan])
+def test_nonsense_for_one_value_leaves_the_other_its_share(nonsense):
+    own = pl.my_rig("Ada")
+    rotor = own.motors[0].inertia / own.motors[0].ratio ** 2
+    verdict = pl.check("02.1", rotor, nonsense, rig=own)
+    assert verdict.share == 0.5 and not verdict
+    assert pl.check("03.5", 1.5, nonsense).share == pl.check("03.5", nonsense, -0.5).share == 0.5
+
+
+def test_entries_that_are_answers_of_their_own_earn_their_shares():
+    assert compare("delays", [1, 2, 5], [1, 2, 3], apart=True).share == pytest.approx(2 / 3)
+    assert compare("delays", [1, 2, 5], [1, 2, 3]).share == 0
+    assert compare("delays", [1, 2], [1, 2, 3], apart=True).share == 0
+    assert pl.check("04.5", (1, 0, 7)).share == pytest.approx(2 / 3)
+
+
+def test_nbgrader_gets_points_and_a_student_a_verdict(monkeypatch, capsys):
+    rates = np.linalg.eigvals(pl.linearize(pl.load("double")).A).real
+    half = np.log(30) / rates.max(), 1.0
+    assert isinstance(pl.check("02.2", *half, points=3), pl.Verdict)
+    assert capsys.readouterr().out == ""
+    monkeypatch.setenv("NBGRADER_EXECUTION", "autograde")
+    assert repr(pl.check("02.2", *half, points=3)) == "1.5"
+    assert capsys.readouterr().out.startswith("Not yet: t_triple")
+    assert repr(pl.check("02.2", None, points=3)) == "0.0"
+
+
+def test_a_warning_in_an_answer_costs_nothing(monkeypatch, capsys):
+    """nbgrader gives no points to a check cell that writes to stderr."""
+    monkeypatch.setenv("NBGRADER_EXECUTION", "autograde")
+
+    def alias(f, dt):
+        print("careful", file=sys.stderr)
+        return abs(f - round(f * dt) / dt)
+
+    assert pl.check("hw1.2", alias, points=4) == 4
+    assert capsys.readouterr().err == ""

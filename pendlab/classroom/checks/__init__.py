@@ -5,6 +5,8 @@ One module per notebook (``nb02`` for notebook 02, ``nbA``, ``hw1`` for homework
 """
 
 import os
+import sys
+from contextlib import redirect_stderr
 from importlib import import_module, resources
 
 from ..gaps import unanswered
@@ -14,7 +16,7 @@ OPEN = "something still holds `...`; give it a value."
 __all__ = ["Verdict", "check"]
 
 
-def check(exercise, *answer, rig=None):
+def check(exercise, *answer, rig=None, points=None):
     """Check the answer to an exercise.
 
     Parameters
@@ -22,24 +24,31 @@ def check(exercise, *answer, rig=None):
     exercise : its number as in the notebook, such as ``"02.1"``, ``"A.3"`` or ``"hw4.2"``
     answer : what the exercise asks for, in SI units and radians
     rig : the Pendulum it was worked out for; the exercise's own where None
+    points : what the exercise is worth; counts where nbgrader marks, and nowhere else
 
     Returns
     -------
     Verdict : shows "right" or a hint; true where right. An answer of the wrong kind or shape gives
-        a hint too, never an error. (Under nbgrader, which counts errors only, a wrong answer
-        raises AssertionError with the hint.)
+        a hint too, never an error. Where nbgrader marks, the verdict is printed and the points
+        earned are returned, since nbgrader takes a cell's last number; without `points` a wrong
+        answer raises AssertionError with the hint.
     """
     function = _function(exercise)
-    if unanswered(rig) or (answer and all(map(unanswered, answer))):
-        verdict = Verdict(None, OPEN)
-    else:
+    if "NBGRADER_EXECUTION" not in os.environ:
+        return _judge(function, answer, rig)
+    with redirect_stderr(sys.stdout):  # nbgrader counts a warning as an error
         verdict = _judge(function, answer, rig)
-    if not verdict and "NBGRADER_EXECUTION" in os.environ:
+    if points is not None:
+        print(verdict)
+        return round(float(points * verdict.share), 2)
+    if not verdict:
         raise AssertionError(verdict.message)
     return verdict
 
 
 def _judge(function, answer, rig):
+    if unanswered(rig) or (answer and all(map(unanswered, answer))):
+        return Verdict(None, OPEN)
     try:
         return function(*answer, rig=rig)
     except (

@@ -32,6 +32,7 @@ def exercise_1(delays, rig=None):
             ([2 * hold, *(1 / cuts)], "Two things: the hold's mean delay, and hertz against rad/s."),
             (truth[[0, 2, 1]], "Motor filter before sensor filter, please."),
         ],
+        apart=True,
     )  # fmt: skip
 
 

@@ -36,6 +36,7 @@ def exercise_1(freedom, rig=None):
              "you choose seen in the estimate? Scale one row of T."),
             ([3, 3], "One common factor of T drops out, but that is not all."),
         ],
+        apart=True,
     )  # fmt: skip
 
 

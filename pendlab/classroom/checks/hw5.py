@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..._arguments import array, number
+from ..._arguments import array
 from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
 from ...design import Design
@@ -15,7 +15,7 @@ from ...parameters import Filters, Motor, Pendulum, load
 from ...sampled import sample
 from ...studies.controllability import recoverable_tilt
 from .acceptance import own_rig, unstable, verdict
-from .judging import Verdict, compare
+from .judging import Verdict, all_right, compare
 
 PRICES, LIMITS, BUDGET = (3, 1), (12.0, 2.5), 5
 LEAST, MOST = 20, 240  # gear ratios to be had
@@ -96,7 +96,6 @@ def _matrix_mistakes(rig, name, truth):
 
 def exercise_3(freedom, most, rig=None):
     """Free directions in each row of T for 1, 2, 3 motors; most motors with E = e I."""
-    freedom = array("freedom", freedom, (3,))
     truth = [row_freedom(rig, m) for m in (1, 2, 3)]
     n = 4
     first = compare(
@@ -109,17 +108,16 @@ def exercise_3(freedom, most, rig=None):
              "t A - e t = k C is 2n equations."),
         ],
     )  # fmt: skip
-    if not first:
-        return first
-    best = max(m for m, free in zip((1, 2, 3), truth) if free >= n - 1)
-    most = number("most", most)
-    if most != best:
-        rows = n - 1
-        return Verdict(
+    rows = n - 1
+    best = max(m for m, free in zip((1, 2, 3), truth) if free >= rows)
+    if most == best:
+        second = Verdict(True, "With more motors E needs different eigenvalues.")
+    else:
+        second = Verdict(
             False, f"T has {rows} rows. With E = e I they all come from one and the same space; of "
             "which dimension must it be at least?"
         )  # fmt: skip
-    return Verdict(True, "With more motors E needs different eigenvalues.")
+    return all_right(first, second)
 
 
 def row_freedom(rig, m):

@@ -14,7 +14,7 @@ from ...models import linearize
 from ...paper.designs import paper_design
 from ..own_rig import my_rig
 from .acceptance import small_margins, unstable, verdict, wrong_design
-from .judging import Verdict, choose, compare
+from .judging import Verdict, all_right, choose, compare
 
 STIFFNESS = 50.0  # N m/rad, of the gearbox of tasks 1 to 4
 SECONDS, FROM = 30.0, 15.0
@@ -147,7 +147,7 @@ def exercise_3(found, stability, rig=None):
     truth = np.array(prediction(design, gap(rig) / 2, STIFFNESS))
     first = compare(
         "predicted",
-        array("predicted", found, (3,)),
+        found,
         truth,
         mistakes=[
             (truth * [2 * np.pi, 1, 1], "The first number should be in hertz."),
@@ -155,16 +155,15 @@ def exercise_3(found, stability, rig=None):
              "function times the torque N a, not the twist."),
         ],
         tolerance=5e-3,
+        apart=True,
     )  # fmt: skip
-    if not first:
-        return first
-    return choose(
+    return all_right(first, choose(
         "stability",
         stability,
         "stable",
         {"unstable": "Suppose the amplitude is a little too large: N is larger, so the gear is "
          "stiffer. Is the loop with a stiff gear stable or not?"},
-    )  # fmt: skip
+    ))  # fmt: skip
 
 
 def exercise_4(answer, rig=None):
@@ -183,6 +182,7 @@ def exercise_4(answer, rig=None):
             ([1, 1 / np.sqrt(2)], "Amplitude, not RMS."),
         ],
         tolerance=0.03,
+        apart=True,
     )
 
 

@@ -11,7 +11,7 @@ from ...design import Design
 from ...parameters import Link, Pendulum
 from ...studies.controllability import controllability_measures, recoverable_tilt, with_bar
 from .acceptance import own_rig, unstable, verdict
-from .judging import Verdict
+from .judging import Verdict, all_right
 
 TUBE = 0.2  # kg/m
 LONGEST, HEAVIEST = 1.5, 0.2  # m, kg at each end
@@ -70,14 +70,17 @@ def exercise_2(by_ratio, by_tilt, rig=None):
         "by_ratio": 1 + int(np.argmin([m.ratio for m in measures])),
         "by_tilt": 1 + int(np.argmax([m.tilt for m in measures])),
     }
-    for name, found in (("by_ratio", by_ratio), ("by_tilt", by_tilt)):
-        found = whole(name, found, least=1)
-        if found != truth[name]:
-            hint = "less is better" if name == "by_ratio" else "more is better"
-            return Verdict(
-                False, f"{name}: not link {found}. Of this measure {hint}; links count from 1."
-            )
-    return Verdict(True, "Two measures, two opinions.")
+    better = {"by_ratio": "less", "by_tilt": "more"}
+    verdicts = [
+        Verdict(True, "Two measures, two opinions.")
+        if found == truth[name]
+        else Verdict(
+            False,
+            f"{name}: not link {found}. Of this measure {better[name]} is better; links count from 1.",
+        )
+        for name, found in (("by_ratio", by_ratio), ("by_tilt", by_tilt))
+    ]
+    return all_right(*verdicts)
 
 
 def exercise_3(link, inertia, rig=None):

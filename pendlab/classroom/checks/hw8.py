@@ -9,7 +9,7 @@ from ...bench.simulation import simulate
 from ...design import Design
 from ...models import linearize, nonlinear
 from .acceptance import own_rig, small_margins, unstable, verdict, wrong_design
-from .judging import Verdict, compare
+from .judging import Verdict, all_right, compare
 
 POSE = (0.1, -0.1)  # rad, theta2 - theta1 and theta3 - theta2
 STEPS = ((0.1, 0.0), (0.0, 0.1), (0.1, -0.1))
@@ -22,8 +22,7 @@ def exercise_1(x, u, rig=None):
     """Equilibrium of the linear model with the two upper hinges bent."""
     plant = linearize(own_rig(rig))
     truth_x, truth_u = equilibrium(plant, POSE)
-    x = array("x", x)
-    if x.shape == (3,):
+    if np.shape(x) == (3,):
         x = np.concatenate([x, np.zeros(3)])
     first = compare(
         "x",
@@ -36,7 +35,7 @@ def exercise_1(x, u, rig=None):
              "state holds relative ones."),
         ],
     )  # fmt: skip
-    return first if not first else compare("u", array("u", u), truth_u)
+    return all_right(first, compare("u", u, truth_u))
 
 
 def equilibrium(plant, pose):

@@ -98,13 +98,13 @@ def exercise_2(function, rig=None):
 
 
 def exercise_3(make, season=1, rig=None):
-    """The contest: three points above the paper's controller. Carries the score."""
+    """The contest: three points above the paper's controller."""
     wrong = not_callable(make)
     if wrong:
         return wrong
     score = contest(make, rig, season)
     if score.reason:
-        return Verdict(False, f"Score 0: {score.reason}", 0.0)
+        return Verdict(False, f"Score 0: {score.reason}")
     needed = contest(papers, rig, season).total + AHEAD
     if score.total < needed:
         falls = f" It falls in {score.falls} of 8 rounds." if score.falls else ""
@@ -112,10 +112,9 @@ def exercise_3(make, season=1, rig=None):
         return Verdict(
             False, f"Your score is {score.total:.1f}, {needed:.1f} is asked for.{falls} The worst "
             f"round is number {worst + 1}: look at its run, and at whether angles or volts cost "
-            "more there.",
-            score.total,
+            "more there."
         )  # fmt: skip
-    return Verdict(True, f"Your score is about {score.total:.0f}.", score.total)
+    return Verdict(True, f"Your score is about {score.total:.0f}.")
 
 
 def exercise_4(make, season=1, rig=None):

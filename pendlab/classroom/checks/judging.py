@@ -1,6 +1,6 @@
 """How an answer is judged: against the truth, and against what usual mistakes would have given."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -13,12 +13,17 @@ WORDS = {True: ("✓", "Right"), False: ("…", "Not yet"), None: ("…", "Not a
 class Verdict:
     """Whether an answer is right (None: there is none yet), and a sentence: praise or a hint.
 
-    `score` ranks designs that compete, larger is better; the marker's leaderboard lists it.
+    `share` is the part of the points that the answer earns, from 0 to 1: all or nothing, except
+    where several values are asked for and some are right.
     """
 
     right: bool | None
     message: str
-    score: float | None = None
+    share: float | None = None
+
+    def __post_init__(self):
+        if self.share is None:
+            object.__setattr__(self, "share", float(bool(self.right)))
 
     def __bool__(self):
         return bool(self.right)
@@ -31,7 +36,16 @@ class Verdict:
         return f"{mark} **{word}.** {self.message}"
 
 
-def compare(name, answer, truth, mistakes=(), tolerance=1e-3, praise="That is what we find too."):
+def compare(
+    name,
+    answer,
+    truth,
+    mistakes=(),
+    tolerance=1e-3,
+    *,
+    praise="That is what we find too.",
+    apart=False,
+):
     """Judge numbers: within `tolerance` (relative to the largest entry) of the truth or not.
 
     Parameters
@@ -40,11 +54,23 @@ def compare(name, answer, truth, mistakes=(), tolerance=1e-3, praise="That is wh
     answer, truth : number or array
     mistakes : (value, hint) pairs, what a particular mistake would have given; the usual ones
         (sign, degrees, hertz, transposed, reciprocal, reversed order) are always tried
+    apart : the entries are answers of their own, and each that is right earns its share
 
     Returns
     -------
     Verdict
     """
+    try:
+        verdict = _compare(name, answer, truth, mistakes, tolerance, praise)
+    except (ValueError, TypeError) as problem:
+        return Verdict(False, f"This answer cannot be checked: {problem}")
+    if not apart or verdict or np.shape(answer) != np.shape(truth):
+        return verdict
+    each = [close(a, t, tolerance) for a, t in zip(np.ravel(answer), np.ravel(truth))]
+    return replace(verdict, share=float(np.mean(each)))
+
+
+def _compare(name, answer, truth, mistakes, tolerance, praise):
     if answer is None or answer is ...:
         return Verdict(False, f"{name} is {answer}: it has no value yet.")
     truth = np.asarray(truth, dtype=complex if np.iscomplexobj(truth) else float)
@@ -109,8 +135,9 @@ def usual_mistakes(name, truth):
 
 
 def all_right(*verdicts):
-    """The first verdict that is not right, or the last one."""
-    return next((verdict for verdict in verdicts if not verdict), verdicts[-1])
+    """The first verdict that is not right, or the last one; each earns an equal share."""
+    told = next((verdict for verdict in verdicts if not verdict), verdicts[-1])
+    return replace(told, share=float(np.mean([verdict.share for verdict in verdicts])))
 
 
 def choose(name, answer, truth, hints):

@@ -13,6 +13,7 @@ from ...sampled import align, sample
 from .judging import Verdict, all_right, compare
 
 TS = 0.01
+POLES, ZERO = (1.1, 1.5), 1.2
 
 
 def exercise_1(T_dead=None, K_dead=None, rig=None):
@@ -119,22 +120,30 @@ def exercise_4(samples_slow=None, samples_fast=None, rig=None):
 
 def exercise_5(impossible_pole=None, k=None, rig=None):
     """Which pole forbids a stable controller, and a gain for the other plant."""
-    pole = number("impossible_pole", impossible_pole)
-    poles, zero = (1.1, 1.5), 1.2
-    if pole not in poles:
+    return all_right(_impossible(impossible_pole), _stabilises(k))
+
+
+def _impossible(pole):
+    if pole not in POLES:
         return Verdict(False, "impossible_pole should be one of 1.1 and 1.5.")
-    odd = [candidate for candidate in poles if candidate > zero]  # zeros: 1.2 and infinity
-    if pole not in odd:
+    if pole < ZERO:  # zeros: 1.2 and infinity
         return Verdict(
             False,
             "The plant has real zeros outside the circle at 1.2 and at infinity. How many poles lie "
             "between them in each case? An odd number forbids a stable controller.",
         )
-    gain = number("k", k)
-    other = next(candidate for candidate in poles if candidate != pole)
+    return Verdict(True, "An odd number of poles between two zeros.")
+
+
+def _stabilises(k):
+    try:
+        gain = number("k", k)
+    except (ValueError, TypeError) as problem:
+        return Verdict(False, f"This answer cannot be checked: {problem}")
+    other = min(POLES)
 
     def unstable(gain):
-        roots = np.roots([1, -(0.2 + other) + gain, 0.2 * other - zero * gain])
+        roots = np.roots([1, -(0.2 + other) + gain, 0.2 * other - ZERO * gain])
         return int(np.sum(np.abs(roots) >= 1))
 
     if not unstable(gain):

@@ -73,6 +73,7 @@ def exercise_2(answers, rig=None):
             ),
             (pairs(turns * 0 + opened, unstable), "Turns = P - Z; they change with Z."),
         ],
+        apart=True,
         praise="In each pair, turns and unstable eigenvalues add up to the number of the open loop.",
     )
 
@@ -163,6 +164,7 @@ def exercise_5(free, rig=None):
             ),
             (solutions - 1, "Scaling is one matrix that commutes with E; are there more?"),
         ],
+        apart=True,
         praise="What commutes with E only renames the observer's states.",
     )
 

@@ -106,6 +106,7 @@ def exercise_2(R_rules=None, gap=None, rig=None):
             False,
             "The rules define an inverse. With them (I + XY)(I - XRY) - I reduces to zero, where R "
             "inverts I + YX; does your X stand where X belongs?",
+            share=2 / 3,
         )
     return Verdict(True, "One inverse is enough: the larger one follows from the smaller one.")
 
