@@ -190,6 +190,8 @@ SHOWS = {
     "contact_stiffness": (dict(gap=0.02), 300.0),
     "contact_damping": (dict(gap=0.02), 0.1),
     "presliding": (dict(gear_friction=0.5), 1e-2),
+    "start_torque": ({}, 0.02),
+    "start_torque_time": (dict(start_torque=0.02), 1.0),
 }
 
 
@@ -222,6 +224,7 @@ def test_imperfection_is_documented_and_off_at_zero(field):
     line = re.search(rf"^{field.name} : (.+)$", entries, re.M)
     assert line and len(line[1]) > 8
     describes_another = {"seed", "contact_stiffness", "contact_damping", "presliding"}
+    describes_another.add("start_torque_time")
     assert field.name in describes_another or not field.default
 
 

@@ -1,6 +1,9 @@
 """The simulator against identities and closed forms."""
 
 import dataclasses
+import os
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 
 import numpy as np
 import pytest
@@ -20,6 +23,20 @@ class Voltages:
 
     def step(self, state, y, y_ref):
         return np.array(self.u), state
+
+
+class Brittle:
+    """A controller that breaks at its third sample."""
+
+    def step(self, count, y, y_ref):
+        return [0.0, 0.0 / (2 - (count or 0))], (count or 0) + 1
+
+
+class Dying:
+    """A controller that takes its process along."""
+
+    def step(self, state, y, y_ref):
+        os._exit(1)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -267,8 +284,32 @@ def test_pulse_keeps_its_impulse_between_the_steps():
             np.testing.assert_allclose(x, expected, rtol=0, atol=1e-4 * np.abs(expected).max())
 
 
+def test_start_torque_fades_and_keeps_its_impulse(triple, triple_design):
+    law = np.array([0.02, 0.0, -0.01])
+    on = pl.Imperfections(start_torque=law)
+
+    def mean(t):  # of law e^(-t/5) over the sample that begins at t
+        return law * 5.0 / 0.01 * (np.exp(-t / 5.0) - np.exp(-(t + 0.01) / 5.0))
+
+    fading = pl.simulate(triple, triple_design.controller, 3.0, imperfections=on)
+    by_hand = pl.simulate(triple, triple_design.controller, 3.0, disturbance=mean)
+    np.testing.assert_allclose(fading.angles, by_hand.angles, atol=1e-12)
+    push = dict(disturbance=pl.Pulse(1, 1.0, 0.1, 0.01))
+    both = pl.simulate(triple, triple_design.controller, 3.0, imperfections=on, **push)
+    assert np.abs(both.angles - fading.angles).max() > 1e-4
+    np.testing.assert_array_equal(both.angles[:101], fading.angles[:101])
+    # Faded within one sample, it is a pulse of the impulse torque times time constant.
+    short = pl.Imperfections(start_torque=(0.0, 0.0, 1e-6), start_torque_time=1e-4)
+    free = pl.simulate(triple, Voltages((0.0, 0.0)), 0.02, imperfections=short)
+    kick = pl.Pulse(3, 0.0, 0.01, 1e-8)
+    same = pl.simulate(triple, Voltages((0.0, 0.0)), 0.02, disturbance=kick)
+    np.testing.assert_allclose(free.angles, same.angles, rtol=1e-9)
+
+
 def test_disturbance_as_a_function_is_held_over_each_sample(triple):
-    torques = lambda t: np.array([0.0, 0.02, 0.0]) * (t >= 0.1)  # noqa: E731
+    def torques(t):
+        return np.array([0.0, 0.02, 0.0]) * (t >= 0.1)
+
     by_function = pl.simulate(triple, Voltages((0.0, 0.0)), 0.2, disturbance=torques)
     by_pulse = pl.simulate(triple, Voltages((0.0, 0.0)), 0.2,
                            disturbance=[pl.Pulse(2, 0.1, 0.1, 0.02)])  # fmt: skip
@@ -421,6 +462,49 @@ def test_simulate_many_equals_a_loop(bench):
         np.testing.assert_array_equal(run.angles, alone.angles)
         np.testing.assert_array_equal(run.u, alone.u)
     assert seen[0] == (0, 7) and seen[-1] == (7, 7) and seen == sorted(seen)
+
+
+@pytest.fixture(scope="module")
+def processes():
+    with ProcessPoolExecutor(2, get_context("spawn")) as executor:
+        yield executor
+
+
+def test_processes_give_what_a_loop_gives(bench, processes):
+    cases = [dict(disturbance=pl.Pulse(1, 0.5, 0.1, 0.02 * k)) for k in range(4)]
+    cases.append(dict(controller=Plain(bench["controller"]), t_end=0.2))
+    seen = []
+    many = pl.simulate_many(**bench, t_end=0.6, cases=cases, executor=processes,
+                            progress=lambda done, total: seen.append(done))  # fmt: skip
+    assert many.done == 5 and seen[-1] == 5
+    for run, case in zip(many, cases):
+        alone = pl.simulate(**dict(t_end=0.6) | bench | case)
+        for field in ("t", "angles", "rates", "u", "y", "estimate"):
+            np.testing.assert_array_equal(getattr(run, field), getattr(alone, field))
+
+
+def test_what_goes_wrong_in_another_process_is_named(triple_design, processes):
+    rig, c = triple_design.rig, triple_design.controller
+    with pytest.raises(ValueError, match=r"cases\[1\]: initial: expected 3 relative angles"):
+        pl.simulate_many(rig, c, 0.1, [{}, dict(initial=(1,))], executor=processes)
+    with pytest.raises(ValueError, match=r"cases\[0\]: cannot be sent to another process"):
+        pl.simulate_many(rig, c, 0.1, [dict(reference=lambda t: 0.0)], executor=processes)
+    with pytest.raises(ValueError, match=r"cases\[0\]: controller: step failed at t = 0\.02 s"):
+        pl.simulate_many(rig, Brittle(), 0.1, [{}], executor=processes)
+    assert pl.simulate_many(rig, c, 0.1, [{}], executor=processes).done == 1  # it stays open
+    closed = ProcessPoolExecutor(1, get_context("spawn"))
+    closed.shutdown()
+    with pytest.raises(ValueError, match=r"executor: took no case 0 \(RuntimeError"):
+        pl.simulate_many(rig, c, 0.1, [{}], executor=closed)
+    with pytest.raises(TypeError, match=r"executor: expected a concurrent\.futures executor"):
+        pl.simulate_many(rig, c, 0.1, [{}], executor=4)
+    with pytest.raises(
+        TypeError, match=r"cases\[0\]: expected arguments of pl\.simulate .*'pulse'"
+    ):
+        pl.simulate_many(rig, c, 0.1, [dict(pulse=1)])
+    with ProcessPoolExecutor(1, get_context("spawn")) as broken:
+        with pytest.raises(ValueError, match=r"executor: failed at cases\[0\] \(BrokenProcessPool"):
+            pl.simulate_many(rig, Dying(), 0.1, [{}], executor=broken)
 
 
 def test_simulate_many_can_be_stopped(bench):

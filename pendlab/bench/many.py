@@ -1,13 +1,17 @@
 """Many simulations at once: disturbance maps, basins, spreads of parameters."""
 
+import inspect
 import os
 import sys
 from collections.abc import Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from pickle import PicklingError
 
 from .._arguments import found, whole
 from .simulation import simulate
+
+ARGUMENTS = tuple(inspect.signature(simulate).parameters)
 
 
 @dataclass(frozen=True)
@@ -35,8 +39,10 @@ class Runs(Sequence):
         return sum(run is not None for run in self.runs)
 
 
-def simulate_many(rig, controller, t_end, cases, *, progress=None, workers=None, **common):
-    """`simulate` for each of many cases, on all cores; equal to a loop of `simulate`, in order.
+def simulate_many(
+    rig, controller, t_end, cases, *, progress=None, workers=None, executor=None, **common
+):
+    """`simulate` for each of many cases, on all cores or more; equal to a loop of `simulate`, in order.
 
     Parameters
     ----------
@@ -46,48 +52,119 @@ def simulate_many(rig, controller, t_end, cases, *, progress=None, workers=None,
         False; by default a bar where stderr is a terminal
     workers : number of threads; default one per core. The compiled loop runs beside others; a
         controller in Python takes turns
+    executor : any `concurrent.futures.Executor` instead of threads: a ProcessPoolExecutor, which lets
+        controllers in Python run side by side, or that of a cluster. It stays open. Its processes must
+        be able to import what the cases hold: controllers and functions from modules, no lambdas
     common : arguments of `simulate` for all cases
 
     Returns
     -------
     Runs : interrupting (Ctrl-C, or the notebook's stop button) returns what is done, marked
+
+    Raises
+    ------
+    ValueError, TypeError : of `simulate`, named with the number of the case; an executor that fails
+
+    Examples
+    --------
+    >>> import pendlab as pl
+    >>> design = pl.paper_design("double")
+    >>> cases = [dict(initial=(lean, 0)) for lean in (0.05, 0.1)]
+    >>> runs = pl.simulate_many(design.rig, design.controller, 5.0, cases, progress=False)
+    >>> [run.fell for run in runs]
+    [False, True]
     """
-    jobs = []
-    if not isinstance(cases, Iterable):
-        raise TypeError(f"cases: expected dicts of arguments of pl.simulate, {found(cases)}.")
-    for k, case in enumerate(cases):
-        if not isinstance(case, dict):
-            raise TypeError(
-                f"cases[{k}]: expected a dict of arguments of pl.simulate, {found(case)}."
-            )
-        jobs.append(dict(rig=rig, controller=controller, t_end=t_end) | common | case)
+    jobs = _jobs(cases, dict(rig=rig, controller=controller, t_end=t_end) | common)
     show = _progress(progress)
-    results, stopped = [None] * len(jobs), False
+    if workers is not None:
+        whole("workers", workers, least=1)
+    if executor is not None and not callable(getattr(executor, "submit", None)):
+        raise TypeError(
+            f"executor: expected a concurrent.futures executor, {found(executor)}; leave it out "
+            "for threads."
+        )
     if jobs:
         show(0, len(jobs))
-    workers = whole("workers", workers, least=1) if workers is not None else os.cpu_count() or 1
-    pool = ThreadPoolExecutor(workers)
+    pool = executor or ThreadPoolExecutor(workers or os.cpu_count() or 1)
+    results, stopped = [None] * len(jobs), False
+    pending = {}
     try:
-        pending = {pool.submit(simulate, **job): k for k, job in enumerate(jobs)}
+        for k, job in enumerate(jobs):
+            pending[_submitted(pool, k, job)] = k
         while pending:
             ready, _ = wait(pending, timeout=0.5, return_when=FIRST_COMPLETED)
             for future in ready:
                 k = pending.pop(future)
-                try:
-                    results[k] = future.result()
-                except (ValueError, TypeError) as problem:
-                    raise type(problem)(f"cases[{k}]: {problem}") from problem
+                results[k] = _result(future, k)
             if ready:
                 show(len(jobs) - len(pending), len(jobs))
     except KeyboardInterrupt:
         stopped = True
     finally:
-        pool.shutdown(wait=True, cancel_futures=True)
+        for future in pending:
+            future.cancel()
+        if executor is None:
+            pool.shutdown(wait=True)
     if stopped:  # what was under way when the interrupt came is finished by now
         for future, k in pending.items():
-            if not future.cancelled() and future.exception() is None:
+            if future.done() and not future.cancelled() and future.exception() is None:
                 results[k] = future.result()
     return Runs(tuple(results), stopped)
+
+
+def _jobs(cases, common):
+    if isinstance(cases, dict) or not isinstance(cases, Iterable):
+        raise TypeError(f"cases: expected dicts of arguments of pl.simulate, {found(cases)}.")
+    jobs = []
+    for k, case in enumerate(cases):
+        if not isinstance(case, dict):
+            raise TypeError(
+                f"cases[{k}]: expected a dict of arguments of pl.simulate, {found(case)}."
+            )
+        unknown = [name for name in common | case if name not in ARGUMENTS]
+        if unknown:
+            raise TypeError(
+                f"cases[{k}]: expected arguments of pl.simulate ({', '.join(ARGUMENTS)}), "
+                f"found {unknown[0]!r}."
+            )
+        jobs.append(common | case)
+    return jobs
+
+
+def _submitted(pool, k, job):
+    try:
+        return pool.submit(simulate, **job)
+    except Exception as problem:
+        raise ValueError(f"executor: took no case {k} ({_said(problem)}).") from problem
+
+
+def _result(future, k):
+    try:
+        return future.result()
+    except (ValueError, TypeError) as problem:
+        if _pickling(problem):
+            raise _unsendable(k, problem) from problem
+        kind = TypeError if isinstance(problem, TypeError) else ValueError
+        raise kind(f"cases[{k}]: {problem}") from problem
+    except (PicklingError, AttributeError) as problem:
+        raise _unsendable(k, problem) from problem
+    except Exception as problem:  # a broken pool, a lost machine
+        raise ValueError(f"executor: failed at cases[{k}] ({_said(problem)}).") from problem
+
+
+def _pickling(problem):
+    return isinstance(problem, TypeError) and "pickle" in str(problem)
+
+
+def _unsendable(k, problem):
+    return ValueError(
+        f"cases[{k}]: cannot be sent to another process ({_said(problem)}); use functions and "
+        "controllers that a module defines, or leave executor out."
+    )
+
+
+def _said(problem):
+    return f"{type(problem).__name__}: {problem}"
 
 
 def _progress(progress):
@@ -95,7 +172,13 @@ def _progress(progress):
         return progress
     if progress is None:
         progress = sys.stderr is not None and sys.stderr.isatty()
-    return _bar if progress else lambda done, total: None
+    if not isinstance(progress, bool):
+        raise TypeError(f"progress: expected a function, True or False, {found(progress)}.")
+    return _bar if progress else _silence
+
+
+def _silence(done, total):
+    pass
 
 
 def _bar(done, total):

@@ -81,6 +81,7 @@ def bench_tuples(rig, imperfections, x0, loads, clock, rows):
     """The `Bench` that starts at the relative angles and rates x0 under `loads` (pulses, held)."""
     kernel = load_kernel(rig.n_links, rig.n_motors)
     pulses, held = loads
+    held = held + _start_torque(imperfections, kernel.N, clock.dt, rows)
     plant = plant_numbers(rig, imperfections)._replace(pulses=pulses)
     size = 3 * kernel.N + 2 * kernel.M + 1
     parts = (
@@ -99,6 +100,15 @@ def _state(x0, n, m):
     joints, rates = x0[1 : m + 1], x0[n + 1 : n + m + 1]
     x = np.concatenate([np.cumsum(x0[:n]), np.cumsum(x0[n:]), joints, rates, x0[: n + 1]])
     return State(x, np.concatenate([x0[:n], joints]), *(np.zeros(m) for _ in range(3)))
+
+
+def _start_torque(imperfections, n, dt, rows):
+    """Mean of the fading torques over each sample, N m; one row of zeros where there are none."""
+    torque, decay = imperfections.each("start_torque", n), dt / imperfections.start_torque_time
+    if not torque.any():
+        return np.zeros((1, n))
+    mean = -np.expm1(-decay) / decay * np.exp(-decay * np.arange(rows))
+    return mean[:, None] * torque
 
 
 def _ports(rig, imperfections, rows):
