@@ -19,7 +19,7 @@ def found(value):
     return f"found {text if len(text) <= 60 else text[:57] + '...'}"
 
 
-def number(name, value, above=None, least=None, finite=True):
+def number(name, value, above=None, least=None, finite=True, most=None):
     """`value` as a float, or a sentence on why not."""
     if isinstance(value, bool) or not isinstance(value, (Real, np.number)):
         raise TypeError(f"{name}: expected a number, {found(value)}.")
@@ -35,6 +35,8 @@ def number(name, value, above=None, least=None, finite=True):
         raise ValueError(f"{name}: expected a number above {above:g}, {found(value)}.")
     if least is not None and not value >= least:
         raise ValueError(f"{name}: expected a number of at least {least:g}, {found(value)}.")
+    if most is not None and value > most:
+        raise ValueError(f"{name}: expected a number of at most {most:g}, {found(value)}.")
     return value
 
 

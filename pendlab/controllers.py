@@ -6,7 +6,7 @@ from typing import NamedTuple
 import control
 import numpy as np
 
-from ._arguments import array, found, number, numbers, whole
+from ._arguments import array, found, instance, number, numbers, whole
 from .observers import Observer
 
 
@@ -44,8 +44,7 @@ class Controller:
 
     def __post_init__(self):
         set_ = object.__setattr__
-        if not isinstance(self.observer, Observer):
-            raise TypeError(f"observer: expected a pl.Observer, {found(self.observer)}.")
+        instance("observer", self.observer, Observer)
         number("dt", self.dt, above=0)
         tracked = self.tracked if isinstance(self.tracked, (tuple, list)) else (self.tracked,)
         q = self.observer.K.shape[1]
@@ -136,8 +135,7 @@ def controller(F, observer, dt=0.01, tracked=1, kp=None, u_max=None):
     Controller
     """
     F = array("F", np.atleast_2d(F))
-    if not isinstance(observer, Observer):
-        raise TypeError(f"observer: expected a pl.Observer, {found(observer)}.")
+    instance("observer", observer, Observer)
     if kp is not None:
         # The estimate repeats the measured angles exactly; the last of m motors drives hinge m+1,
         # whose angle is state number m counted from 0.

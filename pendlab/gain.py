@@ -2,6 +2,7 @@
 
 import control
 import numpy as np
+from scipy.linalg import matrix_balance
 
 from ._arguments import array, plain, state_space
 
@@ -27,6 +28,12 @@ def lqr(model, Q, R):
     ------
     ValueError : weights of the wrong size, sign or symmetry; a mode that no input moves, or one on
         the stability limit that no weight sees
+
+    Only the ratio of Q to R counts. The paper's weights give (23):
+
+    >>> from pendlab import paper_design
+    >>> lqr(paper_design("double").augmented, [0.1, 100, 0, 0.01, 1], 3).round(2)
+    array([[-254.6 ,  -99.18,  -51.35,  -29.85,    0.55]])
     """
     state_space("model", model)
     n, m = model.nstates, model.ninputs
@@ -44,14 +51,23 @@ def lqr(model, Q, R):
             "every input needs a weight above zero."
         )
     _solvable(model, Q)
+    # Powers of two change no digit; R of size 1 keeps the Riccati solver's tolerances in place.
+    scale = 2.0 ** -np.round(np.log2(np.abs(R).max()))
+    Q, R = Q * scale, R * scale
     solve = control.dlqr if model.dt else control.lqr
     try:
-        return np.asarray(solve(model.A, model.B, Q, R)[0])
+        F = np.asarray(solve(model.A, model.B, Q, R)[0])
     except (ValueError, np.linalg.LinAlgError) as problem:
         raise ValueError(
             f"Q, R: the Riccati equation could not be solved for these weights ({problem}); "
             "bring them closer together."
         ) from None
+    if not _decay(model, np.linalg.eigvals(model.A - model.B @ F)).max() < 0:
+        raise ValueError(
+            "Q, R: rounding leaves no stabilising gain for these weights; bring them closer "
+            "together."
+        )
+    return F
 
 
 def weights(name, value, size):
@@ -60,7 +76,7 @@ def weights(name, value, size):
     if value.ndim < 2:
         return np.diag(array(name, np.atleast_1d(value), (size,)))
     value = array(name, value, (size, size))
-    if not np.allclose(value, value.T, rtol=1e-10, atol=1e-14):
+    if not np.allclose(value, value.T, rtol=1e-10, atol=1e-14 * np.abs(value).max()):
         raise ValueError(
             f"{name}: expected a symmetric matrix, found one that differs from its transpose by "
             f"{np.abs(value - value.T).max():.3g}; use ({name} + {name}.T)/2."
@@ -69,30 +85,41 @@ def weights(name, value, size):
 
 
 def unmoved_modes(A, B, at_least=None, tolerance=1e-9):
-    """Eigenvalues of A that the inputs B do not reach (Popov-Belevitch-Hautus test)."""
-    n = len(A)
-    scale = np.linalg.norm(np.hstack([A, B]))
+    """Eigenvalues of A that the inputs B do not reach (Popov-Belevitch-Hautus test).
+
+    Judged in balanced coordinates and with inputs of equal size, so that units do not matter.
+    """
+    A, T = matrix_balance(A, permute=False)
+    B = np.linalg.solve(T, B)
+    size = np.linalg.norm(A) or 1.0
+    B = B * size / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
     return np.array(
         [
             value
             for value in np.linalg.eigvals(A)
             if (at_least is None or at_least(value))
-            and np.linalg.svd(np.hstack([A - value * np.eye(n), B]), compute_uv=False)[-1]
-            <= tolerance * scale
+            and np.linalg.svd(np.hstack([A - value * np.eye(len(A)), B]), compute_uv=False)[-1]
+            <= tolerance * size
         ]
     )
 
 
+def _decay(model, values):
+    """How far outside the stability limit `values` lie, as a share of the model's size."""
+    if model.dt:
+        return np.abs(values) - 1
+    return np.real(values) / (np.linalg.norm(model.A) or 1.0)
+
+
 def _solvable(model, Q):
     """Stabilisable through B, and no mode on the stability limit that Q does not see."""
-    distance = (lambda s: abs(s) - 1) if model.dt else (lambda s: s.real)
-    stuck = unmoved_modes(model.A, model.B, lambda s: distance(s) > -1e-9)
+    stuck = unmoved_modes(model.A, model.B, lambda s: _decay(model, s) > -1e-9)
     if len(stuck):
         raise ValueError(
             f"model: not stabilisable, no input moves the mode at {plain(stuck[0])}; "
             "use another input or model."
         )
-    unseen = unmoved_modes(model.A.T, _root(Q).T, lambda s: abs(distance(s)) < 1e-9)
+    unseen = unmoved_modes(model.A.T, _root(Q).T, lambda s: abs(_decay(model, s)) < 1e-9)
     if len(unseen):
         raise ValueError(
             f"Q: no weight sees the mode at {plain(unseen[0])} on the stability limit; "

@@ -7,15 +7,14 @@ derivatives; the outputs are the relative angles and the rate of the lowest link
 import control
 import numpy as np
 
-from ._arguments import array, found, numbers, state_space
+from ._arguments import array, instance, numbers, state_space
 from .lagrange import derive
 from .parameters import Filters, Pendulum
 
 
 def equations(rig):
     """The `EquationsOfMotion` for `rig` and its parameter values."""
-    if not isinstance(rig, Pendulum):
-        raise TypeError(f'rig: expected a pl.Pendulum such as pl.load("double"), {found(rig)}.')
+    instance("rig", rig, Pendulum, 'pl.load("double")')
     motion = derive(rig.n_links, rig.n_motors)
     return motion, motion.values(rig)
 
@@ -36,26 +35,54 @@ def linearize(rig):
     References
     ----------
     Appendix A, equations (ii) and (iii).
+
+    >>> from pendlab import load
+    >>> np.sort(np.linalg.eigvals(linearize(load("double")).A).real).round(2)
+    array([-1.6534e+02, -4.9400e+00,  9.0000e-02,  4.7400e+00])
     """
     motion, values = equations(rig)
     W, M, N, P, H = (np.asarray(matrix, dtype=float) for matrix in motion.linear(*values))
     n, m = rig.n_links, rig.n_motors
+    if not np.linalg.cond(M) < 1e15:
+        raise ValueError(
+            "rig: its mass matrix is singular to working precision; bring masses, lengths and "
+            "inertias (in kg, m and kg m^2) closer together."
+        )
     W_inverse = np.linalg.inv(W)
     A21, A22, B2 = (-W @ np.linalg.solve(M, right) for right in (P @ W_inverse, N @ W_inverse, H))
-    A = np.block([[np.zeros((n, n)), np.eye(n)], [A21, A22]]) + 0.0
-    B = np.vstack([np.zeros((n, m)), B2])
-    C = np.eye(n + 1, 2 * n)
     angles = angle_names(n)
     rates = [f"d{name}" for name in angles]
     return control.ss(
-        A,
-        B,
-        C,
+        np.block([[np.zeros((n, n)), np.eye(n)], [A21, A22]]) + 0.0,
+        np.vstack([np.zeros((n, m)), B2]),
+        np.eye(n + 1, 2 * n),
         np.zeros((n + 1, m)),
         states=angles + rates,
         inputs=[f"u{i + 1}" for i in range(m)],
         outputs=angles + rates[:1],
-        name=rig.name,
+        name=rig.name.replace(".", "_"),  # python-control takes no dots
+    )
+
+
+def derived(model, A, B, C, D, *, name, dt=None, more=(), inputs=None):
+    """A model built on `model`: its names kept, those of `more` states made unique."""
+    if not all(np.isfinite(part).all() for part in (A, B, C)):
+        raise ValueError(f"model: the result {name!r} is not finite; use smaller numbers.")
+    states = list(model.state_labels)
+    for label in more:
+        count = sum(known == label or known.startswith(f"{label} ") for known in states)
+        states.append(f"{label} {count + 1}" if count else label)
+    inputs = model.input_labels if inputs is None else inputs
+    return control.ss(
+        A,
+        B,
+        C,
+        D,
+        model.dt if dt is None else dt,
+        states=states,
+        inputs=inputs,
+        outputs=model.output_labels,
+        name=name,
     )
 
 
@@ -76,6 +103,10 @@ def nonlinear(rig):
     Returns
     -------
     function of x, 2n entries (rad, rad/s), and u, m entries (V), that returns dx/dt
+
+    >>> from pendlab import load
+    >>> nonlinear(load("double"))([0, 0, 0, 0], [0])  # upright is an equilibrium
+    array([0., 0., 0., 0.])
     """
     motion, values = equations(rig)
     n, m = rig.n_links, rig.n_motors
@@ -87,13 +118,18 @@ def nonlinear(rig):
         q, v = np.cumsum(x[:n]), np.cumsum(x[n:])  # absolute: running sums of relative
         mass_matrix, bias = evaluate(q, v, values)
         acceleration = np.linalg.solve(mass_matrix, -np.asarray(bias)[:, 0] - H @ u)
-        return np.concatenate([x[n:], W @ acceleration])
+        return np.concatenate([x[n:], W @ acceleration]) + 0.0
 
     return f
 
 
 def energy(rig, x):
-    """Kinetic plus potential energy (J) of `rig` at the state x, zero at the lowest hinge."""
+    """Kinetic plus potential energy (J) of `rig` at the state x, zero at the lowest hinge.
+
+    >>> from pendlab import load
+    >>> round(energy(load("double"), [0, 0, 0, 0]), 3)  # upright
+    2.943
+    """
     motion, values = equations(rig)
     n = rig.n_links
     x = array("x", x, (2 * n,))
@@ -114,14 +150,14 @@ def with_filters(plant, filters):
     Returns
     -------
     control.StateSpace with m + p more states
+
+    >>> from pendlab import load
+    >>> rig = load("double")
+    >>> with_filters(linearize(rig), rig.filters).nstates
+    8
     """
-    if state_space("plant", plant).dt != 0:
-        raise ValueError(
-            f"plant: filters belong to the continuous model, found one sampled at {plant.dt} s; "
-            "append the filters first, then sample."
-        )
-    if not isinstance(filters, Filters):
-        raise TypeError(f"filters: expected pl.Filters such as rig.filters, {found(filters)}.")
+    state_space("plant", plant, sampled=False)
+    instance("filters", filters, Filters, "rig.filters")
     n, m, p = plant.nstates, plant.ninputs, plant.noutputs
     w_in = np.diag(2 * np.pi * np.array(numbers("filters.input_hz", filters.input_hz, count=m)))
     w_out = np.diag(2 * np.pi * np.array(numbers("filters.output_hz", filters.output_hz, count=p)))
@@ -132,14 +168,12 @@ def with_filters(plant, filters):
             [w_out @ plant.C, w_out @ plant.D, -w_out],
         ]
     )
-    return control.ss(
+    return derived(
+        plant,
         A,
         np.vstack([np.zeros((n, m)), w_in, np.zeros((p, m))]),
         np.hstack([np.zeros((p, n + m)), np.eye(p)]),
         np.zeros((p, m)),
-        states=plant.state_labels
-        + [f"filtered {name}" for name in plant.input_labels + plant.output_labels],
-        inputs=plant.input_labels,
-        outputs=plant.output_labels,
         name=f"{plant.name} with filters",
+        more=[f"filtered {name}" for name in plant.input_labels + plant.output_labels],
     )

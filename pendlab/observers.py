@@ -28,6 +28,10 @@ class Observer:
     Raises
     ------
     ValueError : sizes that do not fit, entries that are not finite, E not stable
+
+    >>> from pendlab import paper_design
+    >>> paper_design("double").observer.T.round(2)  # (24)
+    array([[-0.2 ,  0.96, -0.15, -0.1 ]])
     """
 
     E: np.ndarray
@@ -50,6 +54,7 @@ class Observer:
 
     def residuals(self, model):
         """Largest entries of TA - ET - KC, H - TB and [L1 L2][C; T] - I for `model`."""
+        state_space("model", model, sampled=True)
         A, B, C = model.A, model.B, model.C
         return {
             "TA - ET - KC": float(np.abs(self.T @ A - self.E @ self.T - self.K @ C).max()),
@@ -69,7 +74,7 @@ def dynamics(E, p=1):
     radius = np.abs(np.linalg.eigvals(E)).max()
     if radius >= 1:
         raise ValueError(
-            f"E: the observer's eigenvalues must lie inside the unit circle, found one of "
+            "E: the observer's eigenvalues must lie inside the unit circle, found one of "
             f"magnitude {radius:.4g}; choose magnitudes below 1 (the paper: 0.9)."
         )
     return E
@@ -81,15 +86,20 @@ def observer(model, E, T, K):
     Raises
     ------
     ValueError : [C; T] singular to working precision, or TA - ET = KC not met
+
+    >>> model = control.ss([[1.2, 1], [0, 0.5]], [[0], [1]], [[0.6, 1]], 0, 0.01)
+    >>> observer(model, 0.6, [[1, 0]], [[1]]).L2.round(3)
+    array([[ 1. ],
+           [-0.6]])
     """
-    state_space("model", model)
+    state_space("model", model, sampled=True)
     A, B, C = model.A, model.B, model.C
     T = np.atleast_2d(T)
     E = dynamics(E, len(T))
     T = array("T", T, (len(E), model.nstates))
     K = array("K", np.atleast_2d(K), (len(E), model.noutputs))
     gap = np.abs(T @ A - E @ T - K @ C).max()
-    if gap > 1e-6 * (np.abs(T).max() + np.abs(K).max()):
+    if gap > 1e-7 * (np.abs(T) @ np.abs(A) + np.abs(E @ T) + np.abs(K) @ np.abs(C)).max():
         raise ValueError(
             f"T, K: TA - ET = KC must hold, found a gap of {gap:.3g}; the nearest that do are "
             "family.member(family.project(T, K)) with family = pl.observer_family(model, E)."
@@ -100,18 +110,19 @@ def observer(model, E, T, K):
             f"E: the observer needs {model.nstates - model.noutputs} states for "
             f"{model.nstates} plant states and {model.noutputs} outputs, found {len(E)}."
         )
-    # Row scaling of T is free, so it must not decide what counts as singular.
-    sizes = np.maximum(np.linalg.norm(stacked, axis=1), 1e-300)
-    rows = stacked / sizes[:, None]
+    # Rows of T scale freely and states have units: neither decides what counts as singular.
+    columns = np.maximum(np.abs(stacked).max(axis=0), 1e-300)
+    sizes = np.maximum(np.linalg.norm(stacked / columns, axis=1), 1e-300)
+    rows = stacked / columns / sizes[:, None]
     if np.linalg.svd(rows, compute_uv=False)[-1] < 1e-10:
         raise ValueError(
             "T: [C; T] is singular, so (7) gives no estimate; choose another member of the family."
         )
     inverse = np.linalg.inv(rows)
     inverse[np.abs(inverse) < 1e-14 * np.abs(inverse).max()] = 0.0
-    inverse = inverse / sizes
+    inverse = inverse / sizes / columns[:, None]
     H = T @ B
-    H[np.abs(H) < 1e-12 * sizes[len(C) :, None] * np.abs(B).max()] = 0.0  # rounding of T B = 0
+    H[np.abs(H) < 1e-12 * (np.abs(T) @ np.abs(B)).max(axis=1, keepdims=True)] = 0.0  # rounding
     return Observer(E, H, T, K, inverse[:, : len(C)], inverse[:, len(C) :])
 
 
@@ -119,8 +130,12 @@ def luenberger(model, E, K):
     """The reduced-order observer for a chosen K: T from TA - ET = KC, and H = TB as it comes.
 
     Unique when E and A share no eigenvalue; H is zero only for special K.
+
+    >>> from pendlab import paper_design
+    >>> luenberger(paper_design("double").model, 0.9, [[1, 2, 3]]).H.round(4)
+    array([[0.6115]])
     """
-    state_space("model", model)
+    state_space("model", model, sampled=True)
     K = np.atleast_2d(K)
     E = dynamics(E, len(K))
     K = array("K", K, (len(E), model.noutputs))
@@ -182,7 +197,9 @@ class ObserverFamily:
 
     @cached_property
     def _best(self):
-        cost = lambda c: np.log(min(self.condition(c), 1e300))  # noqa: E731
+        def cost(c):
+            return np.log(min(self.condition(c), 1e300))
+
         starts = np.random.default_rng(0).standard_normal((8 * self.dimension, self.dimension))
         start = min(starts, key=cost)
         found = minimize(
@@ -203,6 +220,10 @@ def observer_family(model, E):
 
     S alpha = 0 with S = [[I x A' - E x I, -I x C'], [I x B', 0]] (x: Kronecker product).
 
+    With H = 0 the input need not be known: these are unknown-input observers. One with [C; T]
+    regular needs rank CB = m, and every invariant zero of (A, B, C) among the eigenvalues of E, so
+    inside the circle. The dimension is p (q - m) iff no eigenvalue of E is an invariant zero.
+
     Parameters
     ----------
     model : sampled control.StateSpace, n states, m inputs, q outputs
@@ -220,11 +241,20 @@ def observer_family(model, E):
 
     References
     ----------
-    Equations (5)-(7) and (12) of the paper.
+    Equations (5)-(7) and (12) of the paper. Kudva, Viswanadham and Ramakrishna 1980; Hautus 1983;
+    Darouach, Zasadzinski and Xu 1994.
+
+    >>> from pendlab import paper_design
+    >>> observer_family(paper_design("double").model, 0.9).dimension
+    2
     """
-    state_space("model", model)
+    state_space("model", model, sampled=True)
     A, B, C = model.A, model.B, model.C
     n, q = model.nstates, model.noutputs
+    if n <= q:
+        raise ValueError(
+            f"model: {q} outputs leave none of {n} states to estimate; no observer is needed."
+        )
     E = dynamics(E, n - q)
     if n - q != len(E):
         raise ValueError(
@@ -233,19 +263,34 @@ def observer_family(model, E):
         )
     _apart(model, E)
     S = kronecker_matrix(A, B, C, E)
-    basis = canonical_basis(null_space(S, rcond=1e-10).T)
-    if len(basis) == 0:
-        raise ValueError(
-            "E: no observer with H = TB = 0 exists for this model and E; more outputs than inputs "
-            "are needed, or use pl.luenberger(model, E, K) with H as it comes."
-        )
-    family = ObserverFamily(model, E, S, basis)
-    if family.condition(np.random.default_rng(1).standard_normal(len(basis))) > 1e13:
-        raise ValueError(
-            "E: every T with H = TB = 0 leaves [C; T] singular for this model and E; "
-            "change E, or use pl.luenberger(model, E, K) with H as it comes."
-        )
+    family = ObserverFamily(model, E, S, canonical_basis(_null_rows(S)))
+    try:
+        family.member(np.random.default_rng(1).standard_normal(family.dimension))
+    except ValueError:
+        raise ValueError(_why_none(model, E, family.dimension)) from None
     return family
+
+
+def _null_rows(S):
+    """Orthonormal rows that span the null space of S, whatever the units of its rows and columns."""
+    rows = S / np.maximum(np.linalg.norm(S, axis=1, keepdims=True), 1e-300)
+    sizes = np.maximum(np.linalg.norm(rows, axis=0), 1e-300)
+    return np.linalg.qr(null_space(rows / sizes, rcond=1e-10) / sizes[:, None])[0].T
+
+
+def _why_none(model, E, dimension):
+    """Which condition for an observer with H = 0 and [C; T] regular is not met."""
+    m, rank = model.ninputs, np.linalg.matrix_rank(model.C @ model.B)
+    none = (
+        "no observer with H = TB = 0 exists for this model and E"
+        if dimension == 0
+        else "every T with H = TB = 0 leaves [C; T] singular for this model and E"
+    )
+    if rank < m:
+        why = f"rank CB must be {m}, the number of inputs, found {rank}"
+    else:
+        why = "every invariant zero of (A, B, C) must be an eigenvalue of E, and E as free as T"
+    return f"E: {none}: {why}; change E, or use pl.luenberger(model, E, K) with H as it comes."
 
 
 def kronecker_matrix(A, B, C, E):

@@ -6,13 +6,15 @@ Link 1 is the lowest. Hinge i carries link i; motor i drives hinge i+1, and hing
 import math
 import tomllib
 from dataclasses import dataclass
+from difflib import get_close_matches
 from pathlib import Path
 
-from ._arguments import found, number, numbers
+from ._arguments import found, instance, number, numbers, text
 
 HERE = Path(__file__).parent
 # In the repository data/ stands beside the package; an installed wheel carries it inside.
 DATA = HERE / "data" if (HERE / "data").is_dir() else HERE.parent / "data"
+LARGEST = 1e9  # beyond it, in SI units, stands a slip and no rig
 
 
 @dataclass(frozen=True)
@@ -26,6 +28,9 @@ class Link:
     inertia : about the centre of mass, kg m^2
     com : distance from the lower hinge to the centre of mass, m
     friction : viscous friction of the lower hinge, N m s
+
+    >>> Link(length=0.5, mass=0.4, inertia=0.01, com=0.25, friction=0.02).com
+    0.25
     """
 
     length: float
@@ -36,8 +41,8 @@ class Link:
 
     def __post_init__(self):
         for name in ("length", "mass", "inertia", "com"):
-            number(f"Link {name}", getattr(self, name), above=0)
-        number("Link friction", self.friction, least=0)
+            number(f"Link {name}", getattr(self, name), above=0, most=LARGEST)
+        number("Link friction", self.friction, least=0, most=LARGEST)
 
 
 @dataclass(frozen=True)
@@ -50,6 +55,9 @@ class Motor:
     inertia : rotor inertia times ratio squared, kg m^2
     gain : torque per volt, N m / V
     ratio : gear ratio, turns of the rotor per turn of the shaft
+
+    >>> Motor(damping=7.73, inertia=0.0358, gain=2.0, ratio=236).gain  # Table 3
+    2.0
     """
 
     damping: float
@@ -58,15 +66,19 @@ class Motor:
     ratio: float
 
     def __post_init__(self):
-        number("Motor damping", self.damping, least=0)
-        number("Motor inertia", self.inertia, least=0)
-        number("Motor gain", self.gain, above=0)
-        number("Motor ratio", self.ratio, above=0)
+        for name in ("damping", "inertia"):
+            number(f"Motor {name}", getattr(self, name), least=0, most=LARGEST)
+        for name in ("gain", "ratio"):
+            number(f"Motor {name}", getattr(self, name), above=0, most=LARGEST)
 
 
 @dataclass(frozen=True)
 class Filters:
-    """Cut-off frequencies (Hz) of the first-order filters, one per motor voltage and per output."""
+    """Cut-off frequencies (Hz) of the first-order filters, one per motor voltage and per output.
+
+    >>> Filters([6.05], [15.9, 15.9, 40]).input_hz
+    (6.05,)
+    """
 
     input_hz: tuple
     output_hz: tuple
@@ -92,6 +104,10 @@ class Pendulum:
     Raises
     ------
     ValueError : numbers of links, motors, filters and limits that do not fit each other
+
+    >>> double = load("double")
+    >>> Pendulum(double.links, double.motors).u_max  # without limits
+    (inf,)
     """
 
     links: tuple
@@ -113,10 +129,10 @@ class Pendulum:
             )
         u_max = self.u_max if len(numbers("u_max", self.u_max, finite=False)) else (math.inf,) * m
         object.__setattr__(self, "u_max", numbers("u_max", u_max, above=0, count=m, finite=False))
-        number("g", self.g, above=0)
+        number("g", self.g, above=0, most=LARGEST)
+        text("name", self.name)
         if self.filters is not None:
-            if not isinstance(self.filters, Filters):
-                raise TypeError(f"filters: expected pl.Filters or None, {found(self.filters)}.")
+            instance("filters", self.filters, Filters, "rig.filters, or None")
             numbers("filters.input_hz", self.filters.input_hz, count=m)
             numbers("filters.output_hz", self.filters.output_hz, count=n + 1)
 
@@ -146,19 +162,29 @@ def _all(kind, name, items):
 
 
 def rigs():
-    """Names of the rigs in ``data/rigs``."""
+    """Names of the rigs in ``data/rigs``.
+
+    >>> rigs()
+    ['double', 'triple']
+    """
     return sorted(path.stem for path in (DATA / "rigs").glob("*.toml"))
+
+
+LINK_UNITS = dict(length="m", mass="kg", inertia="kg m^2", com="m", friction="N m s")
+MOTOR_UNITS = dict(damping="N m s", inertia="kg m^2", gain="N m/V", ratio="1")
+FILTER_UNITS = dict(input_hz="Hz", output_hz="Hz")
 
 
 def load(name):
     """A rig by name (``"double"``, ``"triple"``: Tables 2-5) or from the path of a rig file.
 
-    >>> load("double").n_links
-    2
-
     Raises
     ------
-    ValueError : unknown rig, or a file with a missing or damaged entry (names file and entry)
+    ValueError : unknown rig, or a file with a missing, damaged or unknown entry (names file and
+        entry)
+
+    >>> load("double").n_links
+    2
     """
     if not isinstance(name, (str, Path)):
         raise TypeError(f"name: expected the name of a rig or the path of its file, {found(name)}.")
@@ -171,38 +197,27 @@ def load(name):
                 f"A path ending in .toml loads a rig of your own."
             )
     table = read_toml(path)
-    take = lambda entry, key, unit, where: _entry(path, entry, key, unit, where)  # noqa: E731
     try:
+        known("top level", table, ("name", "gravity", "links", "motors", "filters", "limits"))
+        limits = known("limits", table.get("limits", {}), ("u_max",))
         return Pendulum(
-            links=[
-                _part(Link, LINK_UNITS, take, e, f"links {i}") for i, e in _parts(table, "links")
-            ],
-            motors=[
-                _part(Motor, MOTOR_UNITS, take, e, f"motors {i}")
-                for i, e in _parts(table, "motors")
-            ],
-            filters=_part(Filters, FILTER_UNITS, take, table["filters"], "filters")
+            links=_parts(Link, LINK_UNITS, table, "links"),
+            motors=_parts(Motor, MOTOR_UNITS, table, "motors"),
+            filters=_part(Filters, FILTER_UNITS, table["filters"], "filters")
             if "filters" in table
             else None,
-            u_max=take(table.get("limits", {}), "u_max", "V", "limits"),
-            g=take(table, "gravity", "m/s^2", "top level"),
-            name=str(table.get("name", path.stem)),
+            u_max=entry("limits", limits, "u_max", "V"),
+            g=entry("top level", table, "gravity", "m/s^2"),
+            name=table.get("name", path.stem),
         )
     except (ValueError, TypeError) as problem:
-        if str(path) in str(problem):
-            raise
         raise ValueError(f"{path}: {problem}") from None
-
-
-LINK_UNITS = dict(length="m", mass="kg", inertia="kg m^2", com="m", friction="N m s")
-MOTOR_UNITS = dict(damping="N m s", inertia="kg m^2", gain="N m/V", ratio="1")
-FILTER_UNITS = dict(input_hz="Hz", output_hz="Hz")
 
 
 def read_toml(path):
     """A TOML file as a dict; a missing or damaged file is named in the error."""
     try:
-        return tomllib.loads(Path(path).read_text(encoding="utf-8"))
+        return tomllib.loads(Path(path).read_text(encoding="utf-8-sig"))
     except FileNotFoundError:
         raise ValueError(f"{path}: file not found; restore it from the repository.") from None
     except OSError as problem:
@@ -211,28 +226,40 @@ def read_toml(path):
         raise ValueError(f"{path}: not readable as TOML ({problem}); mend or restore it.") from None
 
 
-def _parts(table, key):
+def known(place, table, names):
+    """`table` if it is one and every key of it is among `names`."""
+    if not isinstance(table, dict):
+        raise ValueError(f"{place}: expected a table, {found(table)}.")
+    for key in table.keys() - set(names):
+        near = get_close_matches(key, names, n=1)
+        advice = f"did you mean {near[0]!r}?" if near else f"known are {', '.join(names)}."
+        raise ValueError(f"{place}: there is no entry {key!r}; {advice}")
+    return table
+
+
+def entry(place, table, key, unit):
+    """The value of ``key = {value = ..., unit = ..., source = ...}`` in a table of a file."""
+    item = table.get(key) if isinstance(table, dict) else None
+    if not isinstance(item, dict) or "value" not in item:
+        raise ValueError(
+            f"{place}: entry {key!r} is missing or has no value; "
+            f'write {key} = {{value = ..., unit = "{unit}", source = "..."}}.'
+        )
+    if item.get("unit") != unit:
+        raise ValueError(f"{place}: entry {key!r} must be in {unit!r}, found {item.get('unit')!r}.")
+    return item["value"]
+
+
+def _parts(kind, units, table, key):
     parts = table.get(key, [])
-    return enumerate(parts if isinstance(parts, list) else [parts], 1)
+    parts = parts if isinstance(parts, list) else [parts]
+    return [_part(kind, units, part, f"{key} {i}") for i, part in enumerate(parts, 1)]
 
 
-def _part(kind, units, take, entry, where):
-    values = {key: take(entry, key, unit, where) for key, unit in units.items()}
+def _part(kind, units, table, place):
+    known(place, table, tuple(units))
+    values = {key: entry(place, table, key, unit) for key, unit in units.items()}
     try:
         return kind(**values)
     except (ValueError, TypeError) as problem:
-        raise ValueError(f"{where}: {problem}") from None
-
-
-def _entry(path, table, key, unit, where):
-    entry = table.get(key) if isinstance(table, dict) else None
-    if not isinstance(entry, dict) or "value" not in entry:
-        raise ValueError(
-            f"{path}: entry {key!r} of {where} is missing or has no value; "
-            f'write {key} = {{value = ..., unit = "{unit}", source = "..."}}.'
-        )
-    if entry.get("unit") != unit:
-        raise ValueError(
-            f"{path}: entry {key!r} of {where} must be in {unit!r}, found {entry.get('unit')!r}."
-        )
-    return entry["value"]
+        raise ValueError(f"{place}: {problem}") from None

@@ -4,6 +4,7 @@ import control
 import numpy as np
 
 from ._arguments import found, number, state_space
+from .models import derived
 
 
 def sample(plant, dt=0.01, delay=0.0):
@@ -27,32 +28,37 @@ def sample(plant, dt=0.01, delay=0.0):
     Raises
     ------
     ValueError : dt not above 0, delay outside 0 to dt, or a plant that is sampled already
+
+    >>> sample(control.ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], 0), 0.5).A
+    array([[1. , 0.5],
+           [0. , 1. ]])
     """
-    state_space("plant", plant)
+    state_space("plant", plant, sampled=False)
     number("dt", dt, above=0)
     if number("delay", delay, least=0) > dt:
         raise ValueError(f"delay: expected at most the sampling time of {dt:g} s, {found(delay)}.")
-    if plant.dt != 0:
+    fastest = np.abs(np.linalg.eigvals(plant.A)).max() * dt
+    if fastest > 700 or not np.linalg.norm(plant.A) * dt < 1e6:
         raise ValueError(
-            f"plant: expected a continuous model, found one already sampled at {plant.dt} s; "
-            "sample once, from pl.linearize or pl.with_filters."
+            f"dt: {dt:g} s is {fastest:.3g} times the fastest time constant of the plant, too long "
+            "for a sampled model; sample faster."
         )
+    n, m, name = plant.nstates, plant.ninputs, plant.name
+    new = control.sample_system(plant, dt - delay, method="zoh") if delay < dt else None
     if delay == 0:
-        return control.sample_system(plant, dt, method="zoh", copy_names=True, name=plant.name)
-    early, late = (control.sample_system(plant, t, method="zoh") for t in (delay, dt - delay))
-    n, m = plant.nstates, plant.ninputs
+        return derived(plant, new.A, new.B, plant.C, plant.D, name=name, dt=dt)
+    early = control.sample_system(plant, delay, method="zoh")
     # First `delay` under the old voltage, then the rest of the sample under the new one.
-    old, new = late.A @ early.B, late.B
-    return control.ss(
-        np.block([[late.A @ early.A, old], [np.zeros((m, n + m))]]),
-        np.vstack([new, np.eye(m)]),
+    late = (new.A, new.B) if new else (np.eye(n), np.zeros((n, m)))
+    return derived(
+        plant,
+        np.block([[late[0] @ early.A, late[0] @ early.B], [np.zeros((m, n + m))]]),
+        np.vstack([late[1], np.eye(m)]),
         np.hstack([plant.C, np.zeros((plant.noutputs, m))]),
         plant.D,
-        dt,
-        states=plant.state_labels + [f"old {name}" for name in plant.input_labels],
-        inputs=plant.input_labels,
-        outputs=plant.output_labels,
-        name=plant.name,
+        name=name,
+        dt=dt,
+        more=[f"old {name}" for name in plant.input_labels],
     )
 
 
@@ -70,6 +76,10 @@ def align(model, kp):
     Returns
     -------
     control.StateSpace with one input less
+
+    >>> from pendlab import linearize, load
+    >>> align(sample(linearize(load("triple"))), kp=10).input_labels
+    ['u1']
     """
     state_space("model", model)
     kp = number("kp", kp)
@@ -83,17 +93,14 @@ def align(model, kp):
             f"model: expected the angle of every hinge among the outputs, found {model.noutputs} "
             f"outputs for {model.ninputs} inputs; use pl.linearize or pl.sample of it."
         )
-    upper = model.C[model.ninputs]
-    return control.ss(
-        model.A - kp * np.outer(model.B[:, -1], upper),
+    return derived(
+        model,
+        model.A - kp * np.outer(model.B[:, -1], model.C[model.ninputs]),
         model.B[:, :-1],
         model.C,
         model.D[:, :-1],
-        model.dt,
-        states=model.state_labels,
-        inputs=model.input_labels[:-1],
-        outputs=model.output_labels,
         name=f"{model.name} aligned",
+        inputs=model.input_labels[:-1],
     )
 
 
@@ -106,6 +113,10 @@ def alignment_interval(model):
     Parameters
     ----------
     model : control.StateSpace with at least two inputs, as for `align`
+
+    >>> from pendlab import linearize, load
+    >>> [round(kp, 3) for kp in alignment_interval(sample(linearize(load("triple"))))]
+    [0.785, 72.36]
     """
 
     def unstable(kp):
@@ -143,27 +154,24 @@ def add_integrator(model, output):
     Returns
     -------
     control.StateSpace with the integrators' states last, same inputs and outputs
+
+    >>> from pendlab import linearize, load
+    >>> add_integrator(sample(linearize(load("double"))), 1).state_labels[-1]
+    'w'
     """
-    state_space("model", model)
-    if not model.dt > 0:
-        raise ValueError(
-            "model: the integrator is a sampled one, found a continuous model; use pl.sample first."
-        )
+    state_space("model", model, sampled=True)
     tracked = output_indices(model, output)
     if len(set(tracked)) < len(tracked):
         raise ValueError(f"output: each output takes one integrator, {found(output)}.")
     n, count = model.nstates, len(tracked)
-    names = ["w"] if count == 1 else [f"w{i + 1}" for i in range(count)]
-    return control.ss(
+    return derived(
+        model,
         np.block([[model.A, np.zeros((n, count))], [-model.dt * model.C[tracked], np.eye(count)]]),
         np.vstack([model.B, -model.dt * model.D[tracked]]),
         np.hstack([model.C, np.zeros((model.noutputs, count))]),
         model.D,
-        model.dt,
-        states=model.state_labels + names,
-        inputs=model.input_labels,
-        outputs=model.output_labels,
         name=f"{model.name} with integrator",
+        more=["w"] if count == 1 else [f"w{i + 1}" for i in range(count)],
     )
 
 
@@ -173,9 +181,13 @@ def output_indices(model, output):
     labels = model.output_labels
     indices = []
     for item in wanted:
-        if item in labels:
+        if isinstance(item, str) and item in labels:
             indices.append(labels.index(item))
-        elif isinstance(item, (int, np.integer)) and 0 <= item < len(labels):
+        elif (
+            isinstance(item, (int, np.integer))
+            and not isinstance(item, bool)
+            and 0 <= item < len(labels)
+        ):
             indices.append(int(item))
         else:
             raise ValueError(

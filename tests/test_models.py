@@ -203,7 +203,11 @@ def test_filters_of_a_model_with_direct_feedthrough():
             "x: every entry must be fin",
         ),
         (lambda p, r: pl.energy(r, [0, 0, 0]), ValueError, "x: expected shape 4"),
-        (lambda p, r: pl.with_filters(p, None), TypeError, "filters: expected pl.Filters such as"),
+        (
+            lambda p, r: pl.with_filters(p, None),
+            TypeError,
+            "filters: expected a pl.Filters such as",
+        ),
         (
             lambda p, r: pl.with_filters(r, r.filters),
             TypeError,
@@ -217,7 +221,7 @@ def test_filters_of_a_model_with_direct_feedthrough():
         (
             lambda p, r: pl.with_filters(pl.sample(p), r.filters),
             ValueError,
-            "plant: filters belong to the continuous model, found one sampled at 0.01 s; append",
+            "plant: expected a continuous model, found one already sampled at 0.01 s",
         ),
     ],
 )

@@ -82,7 +82,11 @@ def test_bad_motor(field, bad, error):
         (lambda: build(u_max=(0,)), ValueError, r"u_max\[0\]: expected a number above 0"),
         (lambda: build(u_max=(math.nan,)), ValueError, r"u_max\[0\]"),
         (lambda: build(g=0), ValueError, "g: expected a number above 0"),
-        (lambda: build(filters=(5,)), TypeError, "filters: expected pl.Filters or None"),
+        (
+            lambda: build(filters=(5,)),
+            TypeError,
+            "filters: expected a pl.Filters such as rig.filters, or None",
+        ),
         (
             lambda: build(filters=pl.Filters([5, 5], [9] * 3)),
             ValueError,
@@ -147,19 +151,23 @@ def test_own_folder_and_own_path(own, tmp_path, double):
         (
             "mass     = ",
             "mess = ",
-            r"mine\.toml: entry 'mass' of links 1 is missing .* write mass =",
+            r"mine\.toml: links 1: there is no entry 'mess'; did you mean 'mass'\?",
         ),
-        ("value = 0.7867,", "", r"mine\.toml: entry 'mass' of links 1 is missing or has no value"),
-        ("{value = 9.81, unit", "9.81 #", r"mine\.toml: entry 'gravity' of top level is missing"),
-        ('"kg"', '"g"', r"mine\.toml: entry 'mass' of links 1 must be in 'kg', found 'g'"),
+        ("value = 0.7867,", "", r"mine\.toml: links 1: entry 'mass' is missing or has no value"),
+        ("{value = 9.81, unit", "9.81 #", r"mine\.toml: top level: entry 'gravity' is missing"),
+        ('"kg"', '"g"', r"mine\.toml: links 1: entry 'mass' must be in 'kg', found 'g'"),
         ("0.7867", "-0.7867", r"mine\.toml: links 1: Link mass: expected a number above 0"),
         ("0.7867", '"heavy"', r"mine\.toml: links 1: Link mass: expected a number, found 'heavy'"),
         ("0.7867", "nan", r"mine\.toml: links 1: Link mass: expected a finite number"),
         ("2.00,", "0,", r"mine\.toml: motors 1: Motor gain: expected a number above 0"),
         ("[6.05]", "[6.05, 7]", r"mine\.toml: filters.input_hz: expected 1 numbers, found 2"),
         ("[9.0]", "[]", None),
-        ("[limits]", "[limit]", r"mine\.toml: entry 'u_max' of limits is missing"),
-        ("[filters]", "[filter]", None),
+        ("[limits]", "[limit]", r"mine\.toml: top level: there is no entry 'limit'; .* 'limits'\?"),
+        (
+            "[filters]",
+            "[filter]",
+            r"mine\.toml: top level: there is no .* 'filter'; .* 'filters'\?",
+        ),
     ],
 )
 def test_damaged_rig_file_names_file_and_entry(own, old, new, message):

@@ -152,7 +152,7 @@ def test_no_integrator_at_all(double):
             ValueError,
             "model: expected the angle of every hinge",
         ),
-        (lambda p, s: pl.add_integrator(p, 1), ValueError, "model: .* use pl.sample first"),
+        (lambda p, s: pl.add_integrator(p, 1), ValueError, "model: .* use pl.sample"),
         (lambda p, s: pl.add_integrator(s, 4), ValueError, "output: expected an index from 0 to 3"),
         (lambda p, s: pl.add_integrator(s, -1), ValueError, "output: expected an index"),
         (lambda p, s: pl.add_integrator(s, "theta2"), ValueError, "output: .*found 'theta2'"),
