@@ -61,6 +61,7 @@ _CONTENTS = {
     "widgets.controls": ("Slider", "Switch", "Choice", "View"),
     "widgets.panel": ("Panel",),
     "widgets.bench_panels": ("bench_panel",),
+    "widgets.live": ("LiveRig", "live_rig"),
     "widgets.design_panels": ("kp_panel", "observer_panel", "triple_panel", "weights_panel"),
     "widgets.model_panels": ("bar_panel", "sampling_panel"),
 }

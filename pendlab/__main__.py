@@ -14,6 +14,7 @@ def main(arguments=None):
     parser = argparse.ArgumentParser(prog="python -m pendlab", description=__doc__)
     commands = parser.add_subparsers(dest="command", metavar="command")
     add_report(commands)
+    add_live(commands)
     for name in COMMANDS:
         import_module(f".{name}", __package__).add_commands(commands)
     parser.set_defaults(run=report, folder=Path("pendlab-report"))
@@ -34,6 +35,34 @@ def add_report(commands):
         help="where the figures go (default: %(default)s)",
     )
     parser.set_defaults(run=report)
+
+
+def add_live(commands):
+    parser = commands.add_parser(
+        "live",
+        help="the pendulums to touch: a page for each rig, for any browser",
+        description="Writes one HTML page for each rig: the simulated pendulum, live, to push and "
+        "pull. It needs no network and no Python: open it, project it, or send it to a phone.",
+    )
+    parser.add_argument(
+        "--folder",
+        type=Path,
+        default=Path("pendlab-live"),
+        help="where the pages go (default: %(default)s)",
+    )
+    parser.set_defaults(run=live)
+
+
+def live(options):
+    """A page for each of the paper's rigs."""
+    from .widgets.live import live_rig
+
+    options.folder.mkdir(parents=True, exist_ok=True)
+    for name in ("double", "triple"):
+        page = options.folder / f"{name}.html"
+        page.write_text(str(live_rig(name)), encoding="utf-8")
+        print(page)
+    return 0
 
 
 def report(options):

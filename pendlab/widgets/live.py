@@ -1,0 +1,132 @@
+"""The rig that one can touch: the simulator itself, running in the browser, with a hand on the links."""
+
+import base64
+import json
+from dataclasses import replace
+from html import escape
+from pathlib import Path
+
+import numpy as np
+
+from .._arguments import found
+from ..bench.generated import kernel_text
+from ..bench.imperfections import bench_imperfections, bench_start
+from ..bench.plant import ACCURATE, LARGEST_STEP, bench_tuples, fastest_rate, integration
+from ..bench.tuples import Law, Memory
+from ..design import Design
+from ..figures.moving import link_color
+from ..paper.designs import paper_design
+from .javascript import to_javascript
+
+HERE = Path(__file__).parent
+GAINS = (1, 1.5, 2, 3, 4, 5, 7, 10, 14, 20, 30, 40, 50, 60, 70)  # V/rad: a design for each
+
+
+class LiveRig:
+    """A page that shows itself in a notebook; ``str(live)`` is its HTML, which needs no network."""
+
+    def __init__(self, page, name):
+        self._page, self._name = page, name
+
+    def __str__(self):
+        return self._page
+
+    def __repr__(self):
+        return f"Live rig: {self._name}. Without a picture here, run this cell."
+
+    def _repr_html_(self):
+        return (
+            f'<iframe title="Live rig: {escape(self._name)}" srcdoc="{escape(self._page)}" '
+            'style="width: 100%; height: 690px; border: 0"></iframe>'
+        )
+
+
+def live_rig(design="triple"):
+    """The pendulum under the paper's controller, live: pushed with mouse, finger or keys.
+
+    The browser runs the kernel of `simulate` itself, statement by statement, with gears, friction,
+    filters, converters and delay, at the rig's own pace. Sliders change them and, where the design
+    has one, k_p, whose gains are computed here for each position.
+
+    Parameters
+    ----------
+    design : "double" or "triple", the paper's; or a `Design` of your own for such a rig
+
+    Returns
+    -------
+    LiveRig : shows itself in a notebook; `str` gives the page, which works by itself
+
+    >>> page = str(live_rig("double"))
+    >>> "http" in page.replace("http://www.w3.org/2000/svg", "")
+    False
+    """
+    if isinstance(design, str):
+        design = paper_design(design)
+    if not isinstance(design, Design):
+        raise TypeError(f'design: expected "double", "triple" or a pl.Design, {found(design)}.')
+    name = f"{design.rig.name} inverted pendulum"
+    script = (HERE / "live.js").read_text(encoding="utf-8")
+    kernel = to_javascript(
+        kernel_text(design.rig.n_links, design.rig.n_motors), skip=("constants",)
+    )
+    payload = base64.b64encode(json.dumps(packed(design)).encode()).decode()
+    page = (HERE / "live.html").read_text(encoding="utf-8")
+    for mark, text in (
+        ("TITLE", name.capitalize()),
+        ("KERNEL", kernel),
+        ("SCRIPT", script),
+        ("PAYLOAD", payload),
+    ):
+        page = page.replace(mark, text)
+    return LiveRig(page, name)
+
+
+def packed(design):
+    """All that the script needs of a design on the bench: lists and numbers for JSON."""
+    rig, controller = design.rig, design.controller
+    bench, o = bench_imperfections(rig), design.observer
+    start = np.array(bench_start(rig))
+    n, m = rig.n_links, rig.n_motors
+    clock = integration(rig, bench, design.dt, 1)
+    rest = np.concatenate([start, np.zeros(n)]), (np.zeros((0, 4)), np.zeros((1, n)))
+    parts = bench_tuples(rig, bench, *rest, clock, 1)
+    stiff = bench_tuples(rig, replace(bench, gap=0.0), *rest, clock, 1)
+    u_max = np.full(m, np.inf) if controller.u_max is None else np.array(controller.u_max)
+    law = Law(o.E, o.H, o.K, o.L1, o.L2, controller.F, np.array(controller.tracked), u_max)
+    memory = Memory(*(np.zeros(count) for count in (len(o.E), len(controller.tracked), len(o.E))))
+    gains = [
+        {"kp": kp, "F": design.changed(kp=float(kp)).controller.F}
+        for kp in (sorted({*GAINS, design.kp}) if design.kp is not None else ())
+    ]
+    return _plain(
+        {
+            "names": [f"θ{i}" if i == 1 else f"θ{i}-θ{i - 1}" for i in range(1, n + 1)],
+            "colors": [link_color(i) for i in range(1, n + 1)],
+            "lengths": [link.length for link in rig.links],
+            "u_max": rig.u_max,
+            "dt": design.dt,
+            "delay": bench.delay,
+            "inner": min(LARGEST_STEP, ACCURATE / fastest_rate(rig, bench), design.dt),
+            "start": start,
+            "T": o.T,
+            "law": law._asdict(),
+            "memory": memory._asdict(),
+            "plant": parts.plant._asdict(),
+            "stiff": stiff.plant.c,
+            "ports": parts.ports._asdict(),
+            "offset": bench.each("offset", n + 1),
+            "gains": gains,
+            "kp_at": next((i for i, g in enumerate(gains) if g["kp"] == design.kp), 0),
+        }
+    )
+
+
+def _plain(value):
+    """Arrays as lists, infinity as text (JSON has none), as deep as they go."""
+    if isinstance(value, dict):
+        return {key: _plain(entry) for key, entry in value.items()}
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, (list, tuple)):
+        return [_plain(entry) for entry in value]
+    return "inf" if value == np.inf else value
