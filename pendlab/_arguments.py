@@ -21,14 +21,12 @@ def found(value):
 
 def number(name, value, above=None, least=None, finite=True, most=None):
     """`value` as a float, or a sentence on why not."""
-    if isinstance(value, bool) or not isinstance(value, (Real, np.number)):
+    if isinstance(value, bool) or not isinstance(value, Real):
         raise TypeError(f"{name}: expected a number, {found(value)}.")
     try:
         value = float(value)
     except OverflowError:
         raise ValueError(f"{name}: expected a number up to 1e308, {found(value)}.") from None
-    except TypeError:  # a complex one of NumPy
-        raise TypeError(f"{name}: expected a real number, {found(value)}.") from None
     if math.isnan(value) or (finite and math.isinf(value)):
         raise ValueError(f"{name}: expected a finite number, {found(value)}.")
     if above is not None and not value > above:
@@ -42,7 +40,7 @@ def number(name, value, above=None, least=None, finite=True, most=None):
 
 def numbers(name, values, above=None, least=None, count=None, finite=True):
     """`values` as a tuple of floats; a single number counts as one."""
-    if isinstance(values, (Real, np.number)) and not isinstance(values, bool):
+    if isinstance(values, Real) and not isinstance(values, bool):
         values = (values,)
     try:
         if isinstance(values, str):  # would count as a list of letters

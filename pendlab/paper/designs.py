@@ -18,7 +18,6 @@ OBSERVERS = {
 }
 
 
-@lru_cache
 def paper_design(name, observer=1):
     """The `Design` of section 4.
 
@@ -31,12 +30,21 @@ def paper_design(name, observer=1):
     Returns
     -------
     Design with the member of the null space that rounds to the printed T, K and [L1 L2]
+
+    >>> paper_design("triple").kp
+    10.0
     """
-    if (name, observer) not in OBSERVERS:
+    whole_number = isinstance(observer, (int, np.integer)) and not isinstance(observer, bool)
+    if not (isinstance(name, str) and whole_number and (name, observer) in OBSERVERS):
         known = ", ".join(f"{rig!r} with observer {number}" for rig, number in OBSERVERS)
         raise ValueError(
             f"name, observer: expected {known}; found {name!r} with observer {observer!r}."
         )
+    return _paper_design(name, int(observer))
+
+
+@lru_cache
+def _paper_design(name, observer):
     Q, R, E = (
         tuple(np.atleast_1d(published(f"sec4.{name}.{key}").values).tolist()) for key in "QRE"
     )

@@ -13,15 +13,18 @@ import numpy as np
 from scipy.linalg import schur, solve_continuous_lyapunov
 from scipy.optimize import linprog, minimize
 
-from .._arguments import array, found, number, numbers, state_space, whole
+from .._arguments import array, found, instance, number, numbers, state_space, whole
 from ..models import linearize
 from ..parameters import Pendulum
+
+CELLS = 100_000
 
 
 def controllability_ratio(A, B):
     """Largest over smallest singular value of the controllability matrix [B, AB, ..., A^(n-1) B].
 
-    1 is the best value; it is inf where the pair is not controllable.
+    1 is the best value; it is inf where the pair is not controllable (to working precision it
+    comes out above 1e15).
 
     Parameters
     ----------
@@ -37,8 +40,14 @@ def controllability_ratio(A, B):
     """
     A, B = _pair(A, B)
     blocks = [B]
-    for _ in range(len(A) - 1):
-        blocks.append(A @ blocks[-1])
+    with np.errstate(over="ignore", invalid="ignore"):
+        for _ in range(len(A) - 1):
+            blocks.append(A @ blocks[-1])
+    if not np.all(np.isfinite(blocks)):
+        raise ValueError(
+            "A, B: the controllability matrix holds numbers beyond 1e308; use other units of time "
+            "and input, as pl.in_units gives them."
+        )
     sigma = np.linalg.svd(np.hstack(blocks), compute_uv=False)
     return float(sigma[0] / sigma[-1]) if sigma[-1] > 0 else np.inf
 
@@ -55,13 +64,17 @@ def distance_to_uncontrollability(A, B, tolerance=1e-2):
     ----------
     A : (n, n)
     B : (n, m)
-    tolerance : no s gives less than the result by more than this fraction (or by more than 1e-9 of
-        the size of [A, B]); the minimum found is refined to about 8 digits
+    tolerance : above 0 and below 1; no s gives less than the result by more than this fraction (or
+        by more than 1e-9 of the size of [A, B]); the minimum found is refined to about 8 digits
 
     Returns
     -------
     distance : 2-norm of the smallest change, complex changes included
     s : the eigenvalue that would be lost, Im s >= 0
+
+    Raises
+    ------
+    ValueError : a tolerance that would take more than 100,000 cells
 
     References
     ----------
@@ -72,12 +85,30 @@ def distance_to_uncontrollability(A, B, tolerance=1e-2):
     (0.75, 0.5)
     """
     A, B = _pair(A, B)
-    number("tolerance", tolerance, above=0)
+    if not 0 < number("tolerance", tolerance) < 1:
+        raise ValueError(f"tolerance: expected a number above 0 and below 1, {found(tolerance)}.")
+    size = np.abs(np.hstack([A, B])).max()
+    if size == 0:
+        return 0.0, 0j
+    distance, s = _nearest(A / size, B / size, tolerance)
+    return float(size * distance), complex(size * s.real, size * abs(s.imag))
+
+
+def _nearest(A, B, tolerance):
+    """(distance, s) of a pair whose largest entry is 1."""
     least = 1e-9 * np.linalg.norm(np.hstack([A, B]), 2)
     starts = np.linalg.eigvals(A).astype(complex)
     best, at = _descend(A, B, starts[_sigma_min(A, B, starts).argmin()])
     centres, half = _cover(A)
-    while len(centres):
+    cells = 0
+    # What is that small is zero to the accuracy promised: nothing below it to look for.
+    while len(centres) and best > max(tolerance * best, least):
+        cells += len(centres)
+        if cells > CELLS:
+            raise ValueError(
+                f"tolerance: {tolerance:g} would take more than {CELLS} cells; use a larger one, or "
+                "units in which the entries of A and B are of similar size (pl.in_units)."
+            )
         values = _sigma_min(A, B, centres)
         if values.min() < best:
             best, at = _descend(A, B, centres[values.argmin()])
@@ -86,7 +117,7 @@ def distance_to_uncontrollability(A, B, tolerance=1e-2):
         half /= 2
         quarters = half * np.array([1 + 1j, 1 - 1j, -1 + 1j, -1 - 1j])
         centres = (centres[alive, None] + quarters).ravel()
-    return float(best), complex(at.real, abs(at.imag))
+    return best, at
 
 
 def _sigma_min(A, B, points):
@@ -98,7 +129,10 @@ def _sigma_min(A, B, points):
 
 def _descend(A, B, s):
     """(value, s) of a local minimum near s, never above the value at s."""
-    at = lambda p: _sigma_min(A, B, np.array([complex(*p)]))[0]  # noqa: E731
+
+    def at(p):
+        return _sigma_min(A, B, np.array([complex(*p)]))[0]
+
     simplex = [s.real, s.imag] + 0.02 * (1 + abs(s)) * np.array([[0, 0], [1, 0], [0, 1]])
     options = dict(xatol=1e-10 * (1 + abs(s)), fatol=0, initial_simplex=simplex)
     p = minimize(at, simplex[0], method="Nelder-Mead", options=options).x
@@ -128,6 +162,11 @@ def in_units(plant, angle=1.0, second=1.0, volts=1.0):
     Returns
     -------
     A (2n, 2n), B (2n, m)
+
+    >>> from pendlab import load
+    >>> A, B = in_units(linearize(load("double")), second=0.2)
+    >>> bool(A[0, 2] == 1)  # an angle grows by one per unit of time at rate one
+    True
     """
     if state_space("plant", plant).dt != 0:
         raise ValueError(
@@ -161,11 +200,14 @@ def with_bar(rig, link, inertia, mass=0.0, height=None):
     Returns
     -------
     Pendulum
+
+    >>> from pendlab import load
+    >>> wider = with_bar(load("double"), 2, inertia=0.1)
+    >>> round(wider.links[1].inertia, 4)
+    0.1305
     """
-    if not isinstance(rig, Pendulum):
-        raise TypeError(f'rig: expected a pl.Pendulum such as pl.load("double"), {found(rig)}.')
-    if whole("link", link, least=1) > rig.n_links:
-        raise ValueError(f"link: the rig has links 1 to {rig.n_links}, found {link}.")
+    instance("rig", rig, Pendulum, 'pl.load("double")')
+    whole("link", link, least=1, most=rig.n_links)
     inertia, mass = number("inertia", inertia, least=0), number("mass", mass, least=0)
     old = rig.links[link - 1]
     height = old.com if height is None else number("height", height, least=0)
@@ -194,9 +236,17 @@ def least_effort(rig, x0):
     Notes
     -----
     The cost of the linear quadratic regulator (22) with R = diag(1/u_max^2) as Q goes to zero.
+
+    >>> from pendlab import load
+    >>> round(least_effort(load("double"), [0.05, 0, 0, 0]), 2)
+    0.13
     """
-    A_u, B_u, z = _unstable(rig, x0)
+    A_u, B_u, z = _unstable(rig, "x0", x0)
     G = solve_continuous_lyapunov(A_u, B_u @ B_u.T)
+    scale = np.sqrt(np.abs(np.diag(G)))  # so that units of the states do not decide
+    if not scale.all():
+        return np.inf
+    G, z = G / np.outer(scale, scale), z / scale
     return float(z @ np.linalg.solve(G, z)) if np.linalg.cond(G) < 1e15 else np.inf
 
 
@@ -215,10 +265,17 @@ def recoverable_tilt(rig, direction=None):
 
     Returns
     -------
-    float : rad of theta1 for the default direction
+    float : rad of theta1 for the default direction; inf for one that comes to rest by itself
+
+    >>> from pendlab import load
+    >>> round(recoverable_tilt(load("triple")), 3)
+    0.182
     """
-    direction = np.eye(2 * rig.n_links)[0] if direction is None else direction
-    A_u, B_u, z = _unstable(rig, direction)
+    A_u, B_u, z = _unstable(rig, "direction", direction)
+    if not z.any():
+        return np.inf
+    size = np.abs(z).max()  # a direction is the same whatever its length
+    z = z / size
     s, V = np.linalg.eig(A_u)
     ends = np.append(0.0, np.geomspace(0.02 / np.abs(s).max(), 5 / np.abs(s).min(), 160))
     decay = (V * np.exp(-np.multiply.outer(ends, s))[:, None, :] @ np.linalg.inv(V)).real
@@ -231,18 +288,19 @@ def recoverable_tilt(rig, direction=None):
         b_eq=np.zeros(len(z)),
         bounds=[(-1, 1)] * count + [(0, None)],
     )
-    return float(best.x[-1])
+    return float(best.x[-1] / size)
 
 
-def _unstable(rig, x0):
+def _unstable(rig, name, x0):
     """(A_u, B_u, z) of the unstable part, inputs counted in units of their limits."""
     plant = linearize(rig)
+    x0 = np.eye(plant.nstates)[0] if x0 is None and name == "direction" else x0
     if not np.all(np.isfinite(rig.u_max)):
         raise ValueError(
             f"u_max: expected a finite limit for each motor, {found(rig.u_max)}; "
             "use dataclasses.replace(rig, u_max=...)."
         )
-    x0 = array("x0", x0, (plant.nstates,))
+    x0 = array(name, x0, (plant.nstates,))
     # Schur vectors of A' for the unstable eigenvalues: V A = A_u V.
     T, Z, k = schur(plant.A.T, output="real", sort="rhp")
     V = Z[:, :k].T
@@ -272,11 +330,20 @@ def controllability_measures(rig, angle=0.1, second=0.2):
 
     The units are the same for all rigs that are compared: 0.1 rad is what the paper's Figs 15 to 17
     show, 0.2 s the time constant of the fall, and the limit what a motor can do at most.
+
+    >>> from pendlab import load
+    >>> round(controllability_measures(load("double")).tilt, 3)  # rad
+    0.094
     """
+    A, B = in_units(linearize(rig), angle, second, rig.u_max)
     lean = angle * np.eye(2 * rig.n_links)[0]
     effort, tilt = least_effort(rig, lean), recoverable_tilt(rig)
-    A, B = in_units(linearize(rig), angle, second, rig.u_max)
-    distance, _ = distance_to_uncontrollability(A, B)
+    try:
+        distance, _ = distance_to_uncontrollability(A, B)
+    except ValueError as problem:
+        raise ValueError(
+            f"angle, second: no distance in units of {angle:g} rad and {second:g} s ({problem})."
+        ) from None
     return ControllabilityMeasures(controllability_ratio(A, B), distance, effort, tilt)
 
 
