@@ -15,14 +15,15 @@ differently. A leaderboard is recomputed on one machine.
 
 import json
 from dataclasses import dataclass, replace
-from pathlib import Path
 
 import numpy as np
 
-from .._arguments import found, number, whole
+from .. import _arguments as arguments
+from .._arguments import found, function, instance, number, text, whole
 from ..bench.imperfections import Imperfections, Pulse, bench_imperfections, bench_start
 from ..bench.simulation import simulate
 from ..parameters import Pendulum, load
+from .own_rig import fractions
 
 SECONDS = 8.0
 ANGLE = 0.05  # rad
@@ -94,16 +95,14 @@ def contest(make, rig=None, season=1, plant=None):
     Returns
     -------
     Score : a controller that crashes or answers nonsense scores 0, with the reason
+
+    >>> from pendlab import paper_design
+    >>> contest(lambda rig: paper_design("double").controller).falls
+    0
     """
-    rig = load("double") if rig is None else rig
-    if not callable(make):
-        raise TypeError(
-            "make: expected the class of your controller, or a function of the rig that gives "
-            f"one, {found(make)}."
-        )
-    plant = rig if plant is None else plant
-    if not (isinstance(plant, Pendulum) and isinstance(rig, Pendulum)):
-        raise TypeError('rig: expected a pl.Pendulum such as pl.load("double").')
+    function("make", make, "the class of your controller, or a function of the rig that gives one")
+    rig = instance("rig", load("double") if rig is None else rig, Pendulum, 'pl.load("double")')
+    plant = instance("plant", rig if plant is None else plant, Pendulum, 'pl.load("double")')
     played = []
     for count, task in enumerate(rounds(plant, season), 1):
         try:
@@ -116,9 +115,7 @@ def contest(make, rig=None, season=1, plant=None):
 
 def rounds(rig, season=1):
     """The eight rounds of a season, not yet played."""
-    # PCG64's raw stream is fixed for all NumPy versions; 53 bits of it make a number in [0, 1).
-    stream = np.random.PCG64(whole("season", season))
-    fraction = lambda: (int(stream.random_raw()) >> 11) / 2**53  # noqa: E731
+    fraction = fractions(whole("season", season)).__next__
     bench = bench_imperfections(rig)
     own = bench.each("gap", rig.n_motors)
     noise = (NOISE,) * rig.n_links + (RATE_NOISE,)
@@ -159,13 +156,17 @@ def write_leaderboard(path, name, score, season=1):
 
     The marker recomputes the score and shows the claim beside it.
     """
+    path = arguments.path("path", path)
     if not isinstance(score, Score):
         raise TypeError(f"score: expected what pl.contest returned, {found(score)}.")
     claim = {
-        "name": str(name),
+        "name": text("name", name),
         "season": whole("season", season),
         "score": round(number("score.total", score.total), 4),
         "rounds": [round(entry.points, 4) for entry in score.rounds],
         "reason": score.reason,
     }
-    Path(path).write_text(json.dumps(claim, indent=1) + "\n", encoding="utf-8")
+    try:
+        path.write_text(json.dumps(claim, indent=1) + "\n", encoding="utf-8")
+    except OSError as problem:
+        raise ValueError(f"path: {str(path)!r} cannot be written ({problem.strerror}).") from None

@@ -1,10 +1,12 @@
 """A pendulum of one's own: slightly different from the paper's, always stabilisable."""
 
 import hashlib
+import unicodedata
 from dataclasses import replace
 
 import numpy as np
 
+from .._arguments import found, number
 from ..parameters import load
 
 
@@ -25,20 +27,27 @@ def my_rig(who, base="double", spread=0.06):
     Returns
     -------
     Pendulum
+
+    >>> my_rig("Ada") == my_rig(" ada ")
+    True
     """
-    if not str(who).strip():
+    if isinstance(who, bool) or not isinstance(who, (str, int, np.integer)):
+        raise TypeError(f"who: expected a name or a whole number, {found(who)}.")
+    # The same letters may be written composed or decomposed; they are one name.
+    who = unicodedata.normalize("NFC", str(who)).strip().lower()
+    if not who:
         raise ValueError("who: expected a name or a number, found nothing; write your own.")
-    if not 0 <= spread <= 0.2:
-        raise ValueError(f"spread: expected a number from 0 to 0.2, found {spread!r}.")
-    rig = load(base)
-    digest = hashlib.sha256(f"{str(who).strip().lower()} {base}".encode()).digest()
-    # PCG64's raw stream is fixed for all NumPy versions; 53 bits of it make a number in [0, 1).
-    stream = np.random.PCG64(int.from_bytes(digest[:16], "big"))
+    if not 0 <= number("spread", spread) <= 0.2:
+        raise ValueError(f"spread: expected a number from 0 to 0.2, {found(spread)}.")
+    try:
+        rig = load(base)
+    except (TypeError, ValueError) as problem:
+        raise type(problem)(f"base: {problem}") from None
+    digest = hashlib.sha256(f"{who} {base}".encode()).digest()
+    fraction = fractions(int.from_bytes(digest[:16], "big"))
 
     def vary(part, *fields):
-        factors = {
-            f: 1 + spread * (2 * (int(stream.random_raw()) >> 11) / 2**53 - 1) for f in fields
-        }
+        factors = {f: 1 + spread * (2 * next(fraction) - 1) for f in fields}
         return replace(
             part, **{f: float(f"{getattr(part, f) * k:.4g}") for f, k in factors.items()}
         )
@@ -47,5 +56,13 @@ def my_rig(who, base="double", spread=0.06):
         rig,
         links=[vary(link, "length", "mass", "inertia", "com", "friction") for link in rig.links],
         motors=[vary(motor, "damping", "inertia", "gain") for motor in rig.motors],
-        name=f"{rig.name} of {str(who).strip().lower()}",
+        name=f"{rig.name} of {who}",
     )
+
+
+def fractions(seed):
+    """Numbers from 0 to below 1 that follow from `seed`, the same on every machine."""
+    # PCG64's raw stream is fixed for all NumPy versions; 53 bits of it make a number in [0, 1).
+    stream = np.random.PCG64(seed)
+    while True:
+        yield (int(stream.random_raw()) >> 11) / 2**53

@@ -207,7 +207,8 @@ def with_bar(rig, link, inertia, mass=0.0, height=None):
     0.1305
     """
     instance("rig", rig, Pendulum, 'pl.load("double")')
-    whole("link", link, least=1, most=rig.n_links)
+    if whole("link", link, least=1) > rig.n_links:
+        raise ValueError(f"link: the rig has links 1 to {rig.n_links}, found {link}.")
     inertia, mass = number("inertia", inertia, least=0), number("mass", mass, least=0)
     old = rig.links[link - 1]
     height = old.com if height is None else number("height", height, least=0)

@@ -9,7 +9,7 @@ it answers, it agrees.)
 import control
 import numpy as np
 
-from .._arguments import array, found, numbers, state_space
+from .._arguments import flag, instance, numbers, state_space
 from ..design import Design
 from ..loop import frequency_grid, frequency_response, least
 from ..models import angle_names, equations, with_filters
@@ -32,10 +32,12 @@ def with_torques(plant, rig):
     Returns
     -------
     control.StateSpace with the inputs ``torque 1`` ... ``torque n`` (N m) behind those of `plant`
+
+    >>> from pendlab import linearize, load
+    >>> with_torques(linearize(load("double")), load("double")).input_labels
+    ['u1', 'torque 1', 'torque 2']
     """
-    if not isinstance(rig, Pendulum):
-        raise TypeError(f'rig: expected a pl.Pendulum such as pl.load("triple"), {found(rig)}.')
-    n = rig.n_links
+    n = instance("rig", rig, Pendulum, 'pl.load("triple")').n_links
     if state_space("plant", plant).dt != 0 or plant.state_labels[:n] != angle_names(n):
         raise ValueError(
             f"plant: expected the continuous model of a rig with {n} links, found states "
@@ -74,11 +76,12 @@ def closed_loop(design, filters=True):
     output (rad). Outputs: the n true relative angles (rad), then the m voltages (V).
     ``closed_loop(d)["u1", "torque 3"]`` picks one path.
 
+    >>> from pendlab import paper_design
+    >>> closed_loop(paper_design("double")).output_labels
+    ['theta1', 'theta2-theta1', 'u1']
     """
-    if not isinstance(design, Design):
-        raise TypeError(
-            f'design: expected a pl.Design such as pl.paper_design("triple"), {found(design)}.'
-        )
+    instance("design", design, Design, 'pl.paper_design("triple")')
+    flag("filters", filters)
     rig, K = design.rig, design.controller.system
     plant = with_filters(design.plant, rig.filters) if filters else design.plant
     G = sample(with_torques(plant, rig), design.dt)
@@ -132,6 +135,10 @@ def rms(system, deviations=1.0):
     Raises
     ------
     ValueError : a system that is not sampled or not stable
+
+    >>> lag = control.ss([[0.6]], [[1.0]], [[1.0]], 0, 0.01)  # variance 1/(1 - 0.6^2) = 1.25^2
+    >>> rms(lag).round(6).tolist()
+    [1.25]
     """
     _stable(system)
     size = system.ninputs if np.ndim(deviations) else None
@@ -169,6 +176,11 @@ def peak_gain(system, points=3000):
     Returns
     -------
     value, omega (rad/s)
+
+    >>> lag = control.ss([[0.6]], [[1.0]], [[1.0]], 0, 0.01)  # 1/(1 - 0.6) at rest
+    >>> value, omega = peak_gain(lag)
+    >>> round(value, 6), omega
+    (2.5, 0.0)
     """
     _stable(system)
 
@@ -181,10 +193,8 @@ def peak_gain(system, points=3000):
 
 
 def _stable(system):
-    state_space("system", system)
-    if not system.dt:
-        raise ValueError("system: expected a sampled one, found a continuous one; use pl.sample.")
-    largest = np.abs(np.linalg.eigvals(array("system.A", system.A))).max(initial=0)
+    state_space("system", system, sampled=True)
+    largest = np.abs(np.linalg.eigvals(system.A)).max()
     if largest >= 1:
         raise ValueError(
             f"system: no lasting RMS value or gain exists, found an eigenvalue of magnitude "
