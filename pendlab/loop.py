@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import control
 import numpy as np
-from scipy.linalg import schur
+from scipy.linalg import matrix_balance, schur
 from scipy.optimize import brentq
 
 from ._arguments import array, instance, number, state_space, whole
@@ -64,8 +64,10 @@ def transfer(system, z):
 
 def prepared(system):
     """`transfer` of one system as a function of z: the Schur form is made once."""
-    triangle, Z = schur(system.A, output="complex")
-    B, C = Z.conj().T @ system.B, system.C @ Z
+    # Balanced first, by powers of two: units of the states must not decide how much is rounded.
+    A, (unit, _) = matrix_balance(system.A, permute=False, separate=True)
+    triangle, Z = schur(A, output="complex")
+    B, C = Z.conj().T @ (system.B / unit[:, None]), (system.C * unit) @ Z
     n, m = B.shape
 
     def at(z):
@@ -364,7 +366,8 @@ def on_circle(A):
     k equal eigenvalues come out apart by about the k-th root of rounding, their mean does not.
     """
     values = np.linalg.eigvals(A).astype(complex)
-    rounding = 1e-13 * max(1.0, np.linalg.norm(A, 2))
+    balanced = matrix_balance(A, permute=False)[0]
+    rounding = 1e-13 * max(1.0, np.linalg.norm(balanced, 2))
     for value in values[np.abs(np.abs(values) - 1) < 1e-2]:
         near = np.argsort(np.abs(values - value))
         for k in range(np.sum(np.abs(values - value) < 1e-2), 0, -1):
