@@ -5,14 +5,20 @@ import sys
 from importlib import import_module
 from pathlib import Path
 
+from . import __version__
+
 # Modules that offer commands, by ``add_commands(commands)``.
-COMMANDS = ("classroom.doctor", "classroom.editions", "classroom.bundle")
+COMMANDS = ("classroom.doctor", "classroom.release", "classroom.bundle")
 
 
 def main(arguments=None):
     """Run one command; the exit code is 0 unless something that should hold does not."""
-    parser = argparse.ArgumentParser(prog="python -m pendlab", description=__doc__)
-    commands = parser.add_subparsers(dest="command", metavar="command")
+    parser = argparse.ArgumentParser(
+        prog="python -m pendlab",
+        description="Without a command: the report. `COMMAND --help` tells more of each.",
+    )
+    parser.add_argument("--version", action="version", version=f"pendlab {__version__}")
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Command)
     add_report(commands)
     add_live(commands)
     for name in COMMANDS:
@@ -21,13 +27,29 @@ def main(arguments=None):
     options = parser.parse_args(arguments)
     try:
         return options.run(options)
+    except ModuleNotFoundError as problem:
+        if str(problem.name).split(".")[0] == "pendlab":
+            raise
+        reason = f"{options.command} needs the package {problem.name}: pip install {problem.name}"
     except (ValueError, OSError) as problem:
-        print(f"pendlab: {problem}", file=sys.stderr)
-        return 2
+        reason = problem
+    print(f"pendlab: {reason}", file=sys.stderr)
+    return 2
+
+
+class Command(argparse.ArgumentParser):
+    """A command's parser, whose help ends with an example."""
+
+    def __init__(self, epilog=None, **options):
+        shown = f"example:\n  {epilog}" if epilog else None
+        kind = argparse.RawDescriptionHelpFormatter
+        super().__init__(epilog=shown, formatter_class=kind, **options)
 
 
 def add_report(commands):
-    parser = commands.add_parser("report", help="scoreboard and all figures (the default)")
+    about = "Every printed number recomputed, and all figures (the default command)."
+    example = "python -m pendlab report --folder figures"
+    parser = commands.add_parser("report", help=about, description=about, epilog=example)
     parser.add_argument(
         "--folder",
         type=Path,
@@ -40,7 +62,8 @@ def add_report(commands):
 def add_live(commands):
     parser = commands.add_parser(
         "live",
-        help="the pendulums to touch: a page for each rig, for any browser",
+        help="The pendulums to touch: a page for each rig, for any browser.",
+        epilog="python -m pendlab live --folder pendlab-live",
         description="Writes one HTML page for each rig: the simulated pendulum, live, to push and "
         "pull. It needs no network and no Python: open it, project it, or send it to a phone.",
     )
@@ -55,9 +78,10 @@ def add_live(commands):
 
 def live(options):
     """A page for each of the paper's rigs."""
+    from .classroom.files import writable
     from .widgets.live import live_rig
 
-    options.folder.mkdir(parents=True, exist_ok=True)
+    writable("folder", options.folder).mkdir(parents=True, exist_ok=True)
     for name in ("double", "triple"):
         page = options.folder / f"{name}.html"
         page.write_text(str(live_rig(name)), encoding="utf-8")
@@ -67,11 +91,13 @@ def live(options):
 
 def report(options):
     """Scoreboard on the screen, figures as PNG and SVG in a folder."""
+    from .classroom.files import writable
     from .figures import figure, numbers, save
     from .figures.moving import animate_svg
     from .paper.experiment import bench_run
     from .paper.scoreboard import DIFFERS, scoreboard
 
+    writable("folder", options.folder)
     print("Recomputing every printed number ...", flush=True)
     board = scoreboard()
     print(board, flush=True)
@@ -79,7 +105,7 @@ def report(options):
     for number in numbers():
         drawn = figure(number)
         save(drawn, options.folder, f"fig{number:02d}")
-        print(f"[{number:2d}/{max(numbers())}] {drawn.caption}", flush=True)
+        print(f"{number} of {max(numbers())}  {drawn.caption}", flush=True)
     run = bench_run("triple", 12.0)
     moving = animate_svg(run.rig, run.t, run.angles, width=420, height=340)
     (options.folder / "bench.svg").write_text(moving, encoding="utf-8")

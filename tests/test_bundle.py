@@ -9,7 +9,9 @@ import subprocess
 import sys
 import zipfile
 
+import nbformat
 import pytest
+from classroom import original
 
 from pendlab.__main__ import main
 from pendlab.classroom import bundle as bundling
@@ -70,7 +72,17 @@ def repository(tmp_path, monkeypatch):
         "environment.txt": "# all\ntinydep==1.0  # needed\n\n-e .\n",
         "pyproject.toml": PROJECT,
         "building/backend.py": BACKEND,
-        "notebooks/00_start_here.ipynb": "{}",
+        "notebooks/00_start_here.ipynb": nbformat.writes(original()),
+        "notebooks/00_start_here_bob.ipynb": "{}",
+        "notebooks/homework/01_small.ipynb": nbformat.writes(original()),
+        "notebooks/labs/README.md": "[00](../00_start_here.ipynb) [1](../homework/01_small.ipynb)",
+        "notebooks/labs/marking.toml": "x = 1",
+        "course/submitted/bob/90/90.ipynb": "{}",
+        "course/gradebook.db": "marks",
+        "grades.csv": "marks",
+        "leaderboard.json": "{}",
+        "pendlab-student/00_start_here.ipynb": "{}",
+        "tests/test_a.py": "answers",
         ".gitignore": "x",
         ".git/config": "secret",
         "env/pyvenv.cfg": "",
@@ -99,6 +111,10 @@ def test_bundle_holds_files_wheels_and_scripts(repository, offline):
         "notebooks/00_start_here.ipynb",
         ".gitignore",
         "pendlab/a.py",
+        "notebooks/homework/01_small.ipynb",
+        "notebooks/labs/README.md",
+        "notebooks/labs/marking.toml",
+        "tests/test_a.py",
         "wheels/tinydep-1.0-py3-none-any.whl",
         "README-BUNDLE.md",
         *("install.sh", "start.sh", "install.ps1", "install.bat", "start.bat"),
@@ -107,6 +123,51 @@ def test_bundle_holds_files_wheels_and_scripts(repository, offline):
     assert f"Python {version}; 1 wheels" in (folder / "README-BUNDLE.md").read_text()
     assert "@" not in (folder / "install.sh").read_text().replace('"$@"', "")
     assert f"py -{version} -m venv" in (folder / "install.ps1").read_text()
+
+
+def test_with_git_what_it_does_not_know_stays(repository, tmp_path):
+    git = ["git", "-C", str(repository), "-c", "user.name=a", "-c", "user.email=a@b.c"]
+    shutil.rmtree(repository / ".git")
+    subprocess.run([*git, "init", "-q"], check=True)
+    known = ["environment.txt", "pyproject.toml", "pendlab/a.py", "notebooks/00_start_here.ipynb"]
+    subprocess.run([*git, "add", *known], check=True)
+    (repository / "pendlab/b.py").write_text("private")
+    bundling.copy_files(repository, tmp_path / "out")
+    assert files(tmp_path / "out") == set(known)
+
+
+def test_bundle_for_students_holds_gaps_and_no_sheets(repository, tmp_path):
+    folder = bundling.bundle(tmp_path / "out", lambda lines, wheels: None, students=True)
+    assert not any(name.startswith(("tests", "notebooks/labs")) for name in files(folder))
+    for name in ("00_start_here", "homework/01_small"):
+        text = (folder / "notebooks" / f"{name}.ipynb").read_text()
+        assert "answer = ..." in text and "answer = k * 3" not in text and "friction" not in text
+
+
+def test_a_failed_bundle_leaves_nothing(repository, tmp_path):
+    def fail(lines, wheels):
+        raise OSError("no index")
+
+    (tmp_path / "kept").mkdir()
+    for name in ("new", "kept"):
+        with pytest.raises(OSError, match="no index"):
+            bundling.bundle(tmp_path / name, fail)
+    assert not (tmp_path / "new").exists() and not any((tmp_path / "kept").iterdir())
+
+
+def test_refusals_come_before_the_fetching(repository, tmp_path, capsys):
+    (tmp_path / "used").mkdir()
+    (tmp_path / "used" / "a").write_text("")
+    (tmp_path / "file").write_text("")
+    (tmp_path / "new.zip").write_text("")
+    for arguments, sentence in (
+        (["used"], "new or empty folder"),
+        (["file/bundle"], "found the file 'file' in its place"),
+        (["new", "--zip"], "new.zip is there already"),
+    ):
+        assert main(["bundle", str(tmp_path / arguments[0]), *arguments[1:]]) == 2
+        told = capsys.readouterr()
+        assert sentence in told.err and "Fetching" not in told.out
 
 
 @pytest.mark.skipif(os.name == "nt" or not shutil.which("sh"), reason="needs a POSIX shell")

@@ -7,25 +7,24 @@ this version of Python, and an install script. Make it on a machine like those o
 """
 
 import platform
+import re
 import shutil
 import subprocess
 import sys
 import tomllib
 from pathlib import Path
 
+from .editions import student
+from .files import embed_pictures, writable
+
 ROOT = Path(__file__).parents[2]
-NOT_COPIED = {
-    "__pycache__",
-    "build",
-    "dist",
-    "wheels",
-    "node_modules",
-    "pendlab-report",
-    "pendlab-student",
-    "pendlab-teacher",
-    "pendlab-handout",
-}
-HIDDEN_BUT_COPIED = {".ci", ".gitignore", ".github"}
+# What a copy of the repository holds; nothing else that lies in it is anyone else's business.
+COPIED = (
+    ".ci .github .gitignore .pre-commit-config.yaml CHANGELOG.md CITATION.cff CONTRIBUTING.md "
+    "LICENSE README.md conftest.py data environment.txt notebooks pendlab pyproject.toml tests"
+).split()
+MADE = ("__pycache__", "build", "dist", "wheels", "node_modules")
+NOT_FOR_STUDENTS = (".ci", ".github", "notebooks/labs", "tests")
 
 INSTALL_SH = """#!/bin/sh
 # Installs the series from this folder alone; no network is used.
@@ -74,36 +73,51 @@ Made for {system} on {machine} with Python {version}; {count} wheels, {size:.0f}
 
 Python {version} itself must be on the PC already, {full} or a later {version}: many wheels are made
 for one version. Which Python is used can be chosen on Linux and macOS by
-`PYTHON=/path/to/python{version} sh install.sh`. Tests: `.venv/bin/pytest` (Windows: `.venv\\Scripts\\pytest`).
+`PYTHON=/path/to/python{version} sh install.sh`.
 """
 
 
-def bundle(folder, download=None):
-    """Fill a folder, which must be new or empty, and give its path.
+def bundle(folder, download=None, students=False):
+    """Fill a folder, which must be new or empty, and give its path; on failure nothing is left.
 
     Parameters
     ----------
     folder : where the bundle goes
     download : function (requirements, folder) that puts wheels into the folder; pip by default
+    students : student editions in place of the notebooks, and nothing that holds answers in words
 
     Raises
     ------
     ValueError
         when the folder holds something, or this is no copy of the repository
     """
-    folder = Path(folder).resolve()
+    folder = check_place(folder)
+    empty = folder.exists()
+    try:
+        copy_files(ROOT, folder, students)
+        wheels = folder / "wheels"
+        wheels.mkdir()
+        print("Fetching wheels (some hundred megabytes) ...", flush=True)
+        (download or pip_download)(requirements(ROOT), wheels)
+        write_scripts(folder)
+    except BaseException:
+        shutil.rmtree(folder, ignore_errors=True)
+        if empty:
+            folder.mkdir()
+        raise
+    return folder
+
+
+def check_place(folder):
+    """The folder's full path, or a sentence on why no bundle can be made there."""
     if not (ROOT / "environment.txt").exists():
         raise ValueError(
             "bundle: expected a copy of the repository (with environment.txt) round the package, "
             f"found {ROOT.name!r}; run it from such a copy."
         )
+    folder = writable("folder", folder)
     if folder.exists() and any(folder.iterdir()):
         raise ValueError(f"folder: expected a new or empty folder, found {folder.name!r} in use.")
-    copy_files(ROOT, folder)
-    wheels = folder / "wheels"
-    wheels.mkdir()
-    (download or pip_download)(requirements(ROOT), wheels)
-    write_scripts(folder)
     return folder
 
 
@@ -112,8 +126,7 @@ def requirements(root):
     lines = (root / "environment.txt").read_text(encoding="utf-8").splitlines()
     listed = [line.split(" #")[0].strip() for line in lines]
     listed = [line for line in listed if line and not line.startswith(("#", "-e"))]
-    project = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
-    return listed + project["build-system"]["requires"]
+    return listed + project(root)["requires"]
 
 
 def pip_download(requirements, folder):
@@ -128,22 +141,62 @@ def pip_download(requirements, folder):
         raise OSError(f"pip could not fetch the wheels: {done.stderr.strip()[-500:]}")
 
 
-def copy_files(root, folder):
-    """The repository's files without environments, caches and what commands made."""
+def copy_files(root, folder, students=False):
+    """The repository's own files: no environments, marks, submissions or notebooks of others."""
+    left_out = NOT_FOR_STUDENTS if students else ()
+    for file in own_files(root):
+        place = file.relative_to(root)
+        if folder in file.parents or any(place.is_relative_to(name) for name in left_out):
+            continue
+        target = folder / place
+        target.parent.mkdir(parents=True, exist_ok=True)
+        if students and file.suffix == ".ipynb":
+            release(file, target)
+        else:
+            shutil.copy2(file, target)
 
-    def skip(place, names):
-        inside = Path(place).resolve()
-        return [
-            name
-            for name in names
-            if name in NOT_COPIED
-            or (name.startswith(".") and name not in HIDDEN_BUT_COPIED)
-            or name.endswith(".egg-info")
-            or inside / name == folder
-            or (inside / name / "pyvenv.cfg").exists()
-        ]
 
-    shutil.copytree(root, folder, ignore=skip, dirs_exist_ok=True)
+def release(file, target):
+    """The student edition of one notebook."""
+    import nbformat
+
+    notebook = nbformat.read(file, as_version=4)
+    embed_pictures(notebook, file.parent)
+    target.write_text(nbformat.writes(student(notebook)) + "\n", encoding="utf-8")
+
+
+def own_files(root):
+    """Files that git knows, or without git those that a fresh copy has; notebooks of the map alone."""
+    try:
+        command = ["git", "-C", str(root), "ls-files", "-z"]
+        done = subprocess.run(command, capture_output=True, check=True)
+        files = [root / name for name in done.stdout.decode().split("\0") if name]
+    except (OSError, subprocess.CalledProcessError):  # no git, or a copy without its history
+        files = []
+    if not files:
+        tops = [root / name for name in (*COPIED, *project(root).get("backend-path", ()))]
+        files = [f for top in tops for f in sorted(top.rglob("*") if top.is_dir() else [top])]
+        mapped = _mapped(root)
+        files = [f for f in files if _fresh(f.relative_to(root), mapped)]
+    return [f for f in files if f.is_file()]
+
+
+def project(root):
+    """How pyproject.toml says that the package is built."""
+    return tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["build-system"]
+
+
+def _mapped(root):
+    """Stems of the notebooks that the lab kit's course map and homework list name."""
+    kit = root / "notebooks" / "labs" / "README.md"
+    text = kit.read_text(encoding="utf-8") if kit.exists() else ""
+    return set(re.findall(r"\.\./(?:homework/)?(\w+)\.ipynb", text))
+
+
+def _fresh(place, mapped):
+    """Whether a fresh copy has this file: nothing hidden or made by a command, no other notebook."""
+    made = any(part.startswith(".") or part in MADE for part in place.parts[1:])
+    return not made and (place.suffix != ".ipynb" or place.stem in mapped)
 
 
 def write_scripts(folder):
@@ -173,15 +226,29 @@ def write_scripts(folder):
 
 
 def add_commands(commands):
-    parser = commands.add_parser("bundle", help="a folder that installs without a network")
-    parser.add_argument("folder", nargs="?", type=Path, default=Path("pendlab-bundle"))
-    parser.add_argument("--zip", action="store_true", help="a zip file of it too")
+    about = "A folder from which the series installs without a network, for PCs like this one."
+    example = "python -m pendlab bundle pendlab-bundle --student --zip"
+    parser = commands.add_parser("bundle", help=about, description=about, epilog=example)
+    parser.add_argument(
+        "folder",
+        nargs="?",
+        type=Path,
+        default=Path("pendlab-bundle"),
+        help="new or empty (default: %(default)s)",
+    )
+    for option, what in (
+        ("--student", "student editions, no lab sheets or tests (default: all files)"),
+        ("--zip", "a zip file of it too (default: the folder alone)"),
+    ):
+        parser.add_argument(option, action="store_true", help=what)
     parser.set_defaults(run=_run)
 
 
 def _run(options):
-    print("Fetching wheels (some hundred megabytes) ...", flush=True)
-    folder = bundle(options.folder)
+    folder = check_place(options.folder)
+    if options.zip and folder.with_name(f"{folder.name}.zip").exists():
+        raise ValueError(f"folder: {folder.name}.zip is there already; move it or take a new name.")
+    bundle(folder, students=options.student)
     print(f"{folder}: run install.sh or install.bat there, on a PC with the same Python.")
     if options.zip:
         print(shutil.make_archive(str(folder), "zip", folder.parent, folder.name))

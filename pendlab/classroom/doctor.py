@@ -238,7 +238,9 @@ def _cache():
 
 
 def add_commands(commands):
-    parser = commands.add_parser("doctor", help="is this machine ready for a session?")
+    about = "Is this machine ready for a session?"
+    example = "python -m pendlab doctor"
+    parser = commands.add_parser("doctor", help=about, description=about, epilog=example)
     parser.set_defaults(run=run)
 
 

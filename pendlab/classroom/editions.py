@@ -1,17 +1,11 @@
 """Editions of a solved notebook: for students, for teachers, and on paper.
 
-    python -m pendlab student notebooks        solutions taken out, checks kept, outputs cleared
-    python -m pendlab teacher notebooks        solutions, minutes, common mistakes, marking points
-    python -m pendlab handout notebooks --pdf  HTML that needs no network, and PDF with Chromium
-
-The marks are nbgrader's (`exercises`), and `stamp` writes its metadata, so that a school that has
+The commands ``student``, ``teacher`` and ``handout`` (`release`) write them. The marks are nbgrader's (`exercises`), and `stamp` writes its metadata, so that a school that has
 nbgrader can take the notebooks as they are.
 """
 
 import copy
 import re
-import sys
-from pathlib import Path
 
 from . import exercises as paper
 from . import gaps
@@ -28,14 +22,20 @@ def student(notebook):
     It runs to its end (`gaps.skip_unanswered`), and each gap says which exercise it is. Raises
     ValueError naming the cell whose markers do not match.
     """
-    edition = without_solutions(notebook)
-    for cell in edition["cells"]:
-        if cell["cell_type"] == "code":
-            cell["outputs"], cell["execution_count"] = [], None
+    edition = without_results(without_solutions(notebook))
     edition["metadata"]["pendlab"] = {"edition": "student"}
     start = next((c for c in edition["cells"] if START in c["source"].splitlines()), None)
     if start and paper.exercises(edition):
         start["source"] = start["source"].replace(START, f"{START}\n{WAIT}", 1)
+    return edition
+
+
+def without_results(notebook):
+    """A copy whose cells show nothing, as before they ran."""
+    edition = copy.deepcopy(notebook)
+    for cell in edition["cells"]:
+        if cell["cell_type"] == "code":
+            cell["outputs"], cell["execution_count"] = [], None
     return edition
 
 
@@ -204,86 +204,3 @@ def lab_sheet(path):
     text = re.sub(r"^#", "###", sheet.read_text(encoding="utf-8"), flags=re.M)
     # Read in the notebook's folder now, where the other notebooks are but not labs/.
     return text.replace("[course map](README.md)", "course map").replace("](../", "](")
-
-
-def expand(paths):
-    """Notebook files of paths: a folder stands for all notebooks in it, homework included."""
-    found = []
-    for path in map(Path, paths):
-        if path.is_dir():
-            inside = sorted(path.rglob("*.ipynb"), key=lambda p: p.as_posix())
-            found += [p for p in inside if ".ipynb_checkpoints" not in p.parts]
-        elif path.suffix == ".ipynb" and path.exists():
-            found.append(path)
-        else:
-            raise ValueError(f"notebooks: expected a notebook or a folder, found {str(path)!r}.")
-    if not found:
-        raise ValueError("notebooks: the folders hold no notebook.")
-    return found
-
-
-def add_commands(commands):
-    for name, run, about in (
-        ("student", _run_student, "notebooks without solutions"),
-        ("teacher", _run_teacher, "notebooks with solutions and notes"),
-        ("handout", _run_handout, "printable pages that need no network"),
-    ):
-        parser = commands.add_parser(name, help=about)
-        parser.add_argument("notebooks", nargs="*", type=Path, default=[Path("notebooks")])
-        parser.add_argument("--folder", type=Path, default=Path(f"pendlab-{name}"))
-        parser.set_defaults(run=run)
-        if name == "handout":
-            parser.add_argument("--solutions", action="store_true", help="keep the solutions")
-            parser.add_argument("--pdf", action="store_true", help="PDF too, with Chromium")
-
-
-def _run_student(options):
-    return _write_editions(options, lambda path, notebook: student(notebook))
-
-
-def _run_teacher(options):
-    return _write_editions(options, _teacher_of)
-
-
-def _teacher_of(path, notebook):
-    return teacher(notebook, lab_sheet(path), paper.marking(path))
-
-
-def _write_editions(options, edit):
-    import nbformat
-
-    for path, target in _targets(options, ".ipynb"):
-        edition = edit(path, nbformat.read(path, as_version=4))
-        target.write_text(nbformat.writes(edition) + "\n", encoding="utf-8")
-        print(target)
-    return 0
-
-
-def _run_handout(options):
-    import nbformat
-
-    from .handout import html, pdf
-
-    for path, target in _targets(options, ".html"):
-        notebook = nbformat.read(path, as_version=4)
-        edition = notebook if options.solutions else without_solutions(notebook)
-        target.write_text(html(edition, path), encoding="utf-8")
-        print(target)
-        if options.pdf and not pdf(target):
-            print("No Chromium was found: open the HTML page and print it.", file=sys.stderr)
-            options.pdf = False
-    return 0
-
-
-def _targets(options, suffix):
-    """(notebook, file to write) pairs; folders below the notebooks' common one are kept."""
-    paths = [path.resolve() for path in expand(options.notebooks)]
-    top = min((path.parent for path in paths), key=lambda parent: len(parent.parts))
-    folder = options.folder.resolve()
-    for path in paths:
-        inside = path.relative_to(top) if path.is_relative_to(top) else Path(path.name)
-        target = (folder / inside).with_suffix(suffix)
-        if target == path:
-            raise ValueError(f"folder: {path.name} would be written over its original.")
-        target.parent.mkdir(parents=True, exist_ok=True)
-        yield path, target

@@ -7,6 +7,9 @@ import subprocess
 import tempfile
 from pathlib import Path
 
+from jinja2 import pass_context
+from latex2mathml.converter import convert
+
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "msedge")
 STYLE = """
@@ -20,7 +23,7 @@ code { font: 0.9em "DejaVu Sans Mono", Consolas, monospace; }
 .prompt, .jp-InputPrompt, .jp-OutputPrompt, .anchor-link { display: none; }
 img, svg { max-width: 100%; height: auto; }
 table { border-collapse: collapse; margin: .6em 0; }
-td, th { border: 1px solid #bbb; padding: .15em .6em; text-align: left; }
+td, th { border: 1px solid #bbb; padding: .15em .4em; text-align: left; overflow-wrap: anywhere; }
 math[display=block] { margin: .6em 0; }
 blockquote { border-left: 3px solid #bbb; margin-left: 0; padding-left: 1em; }
 .output_stderr { color: #a00; }
@@ -40,7 +43,7 @@ def html(notebook, path):
     exporter = HTMLExporter(
         template_name="basic", embed_images=True, exclude_input_prompt=True, sanitize_html=False
     )
-    exporter.register_filter("markdown2html", markdown)
+    exporter.register_filter("markdown2html", _cell_markdown)
     body, _ = exporter.from_notebook_node(
         notebook, resources={"metadata": {"path": str(Path(path).parent), "name": path.stem}}
     )
@@ -70,8 +73,6 @@ def prepared(notebook):
 
 def mathml(latex, block=False):
     """A formula as MathML; raises ValueError with the formula where it is not understood."""
-    from latex2mathml.converter import convert
-
     latex = latex.strip().replace(r"\lt", "<").replace(r"\gt", ">")
     # latex2mathml knows align, not aligned; inside a formula they look the same.
     latex = re.sub(r"\\(begin|end)\{(aligned|split|gathered)\}", r"\\\1{align}", latex)
@@ -92,8 +93,13 @@ def _latex_output(text):
     return mathml(inner.replace(r"\displaystyle", ""), block=True)
 
 
-def markdown(source):
-    """Markdown with formulas as HTML that needs no script."""
+@pass_context
+def _cell_markdown(context, source):
+    return markdown(source, context.get("cell", {}).get("attachments", {}))
+
+
+def markdown(source, attachments=None):
+    """Markdown with formulas as HTML that needs no script; attached pictures stand inside."""
     from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 
     class Renderer(IPythonRenderer):
@@ -108,7 +114,15 @@ def markdown(source):
         def latex_environment(self, name, text):
             return mathml(rf"\begin{{{name}}}{text}\end{{{name}}}", block=True)
 
-    return MarkdownWithMath(renderer=Renderer(escape=False)).render(source)
+    attachments = attachments or {}
+    for name, contents in attachments.items():  # in HTML tags the renderer leaves them alone
+        for kind, data in contents.items():
+            inside = f"data:{kind};base64,{data}"
+            source = re.sub(
+                rf"(src\s*=\s*[\"'])attachment:{re.escape(name)}", rf"\1{inside}", source
+            )
+    renderer = Renderer(escape=False, attachments=attachments)
+    return MarkdownWithMath(renderer=renderer).render(source)
 
 
 def _code_colours():

@@ -1,0 +1,94 @@
+"""Files of the classroom's commands: which notebooks go in, where results go, pictures inside."""
+
+import base64
+import mimetypes
+import os
+import re
+from functools import partial
+from pathlib import Path
+from urllib.parse import quote, unquote
+
+# A fenced block or inline code (left alone), a Markdown picture, or an HTML one.
+PICTURE = re.compile(
+    r"```.*?```|`[^`\n]*`"
+    r"|!\[[^\]]*\]\(\s*<?(?P<link>[^)\s>]+)"
+    r"|<img\b[^>]*?\bsrc\s*=\s*[\"'](?P<tag>[^\"']+)",
+    re.DOTALL,
+)
+
+
+def writable(name, folder):
+    """The folder's absolute path; ValueError where nothing can be written there, before the work."""
+    folder = Path(folder).resolve()
+    above = next(path for path in (folder, *folder.parents) if path.exists())
+    if not above.is_dir():
+        raise ValueError(f"{name}: expected a folder, found the file {above.name!r} in its place.")
+    if not os.access(above, os.W_OK | os.X_OK):
+        raise ValueError(f"{name}: {above} cannot be written to; choose another with --folder.")
+    return folder
+
+
+def notebooks(paths, folder):
+    """(notebook, its place below the paths' common folder) pairs.
+
+    A folder stands for all notebooks in it, homework included, without those below the target
+    `folder`: what a command wrote is never its own source.
+    """
+    found, tops = {}, []
+    for path in map(Path, paths):
+        full = path.resolve()
+        if path.is_dir():
+            inside = [p for p in full.rglob("*.ipynb") if ".ipynb_checkpoints" not in p.parts]
+            found.update(dict.fromkeys(sorted(p for p in inside if folder not in p.parents)))
+            tops.append(full)
+        elif path.suffix == ".ipynb" and path.exists():
+            found[full] = None
+            tops.append(full.parent)
+        else:
+            raise ValueError(f"notebooks: expected a notebook or a folder, found {str(path)!r}.")
+    if not found:
+        raise ValueError("notebooks: the folders hold no notebook.")
+    top = os.path.commonpath(tops)
+    return [(path, path.relative_to(top)) for path in found]
+
+
+def plan(paths, folder, suffix):
+    """(notebook, file to write) pairs; ValueError where a file would replace its own source."""
+    folder = writable("folder", folder)
+    pairs = [(p, (folder / place).with_suffix(suffix)) for p, place in notebooks(paths, folder)]
+    targets = [target for _, target in pairs]
+    for path, target in pairs:
+        if target in dict(pairs):
+            raise ValueError(
+                f"folder: {path.name} would be written over its original; choose a new folder."
+            )
+        if targets.count(target) > 1:
+            raise ValueError(f"notebooks: two of them would become {target.name}; give one.")
+    return pairs
+
+
+def embed_pictures(notebook, folder):
+    """Turn local pictures of Markdown cells into attachments, so that the notebook can move.
+
+    Raises ValueError naming the cell and the file where a picture is missing.
+    """
+    for cell in notebook["cells"]:
+        if cell["cell_type"] == "markdown":
+            attached = cell.get("attachments", {})
+            attach = partial(_attach, attached=attached, folder=Path(folder), cell=cell["id"])
+            cell["source"] = PICTURE.sub(attach, cell["source"])
+            if attached:
+                cell["attachments"] = attached
+
+
+def _attach(found, attached, folder, cell):
+    link = found["link"] or found["tag"]
+    if not link or re.match(r"[a-z][a-z0-9+.-]*:|//|#", link, re.IGNORECASE):
+        return found[0]
+    file = folder / unquote(link)
+    if not file.is_file():
+        raise ValueError(f"cell {cell}: the picture {link} is missing; put it beside the notebook.")
+    kind = mimetypes.guess_type(file.name)[0] or "image/png"
+    name = quote(unquote(link).replace("/", "-"))
+    attached[name] = {kind: base64.b64encode(file.read_bytes()).decode()}
+    return found[0].replace(link, f"attachment:{name}")
