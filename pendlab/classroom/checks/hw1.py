@@ -13,6 +13,7 @@ from .judging import Verdict, compare
 
 PASS = 1e-3  # s, the paper's steps 1 to 6 for the triple
 LOAD, HUM_HZ, HUM, HUM_VOLTS, LOWEST, MARGIN = 0.2, 50.0, 1e-3, 1.0, 5.0, 0.25
+CROSSOVER = 2.5  # Hz
 SMOOTHING = 3  # factor by which the motors' filters weaken the sampling frequency
 
 
@@ -33,6 +34,7 @@ def exercise_1(delays, rig=None):
             (truth[[0, 2, 1]], "Motor filter before sensor filter, please."),
         ],
         apart=True,
+        praise=f"At {CROSSOVER:g} Hz they take {360 * CROSSOVER * sum(truth):.0f} degrees.",
     )  # fmt: skip
 
 

@@ -19,12 +19,13 @@ from .acceptance import (
 from .judging import Verdict, compare
 
 KP = 5.0
-DEAREST, SPREAD, QUIETER, APART, SLOWEST = 1.5, 0.1, 0.85, 0.05, 0.95
+EQUAL, DIFFERENT = (0.9, 0.9), (0.9, 0.8)  # eigenvalues of E
+DEAREST, FINELY, SPREAD, QUIETER, APART, SLOWEST = 1.5, 0.02, 0.1, 0.85, 0.05, 0.95
 
 
 def exercise_1(freedom, rig=None):
     design = reference(rig, KP)
-    truth = [choices(design.model, E) for E in ((0.9, 0.9), (0.9, 0.8))]
+    truth = [choices(design.model, E) for E in (EQUAL, DIFFERENT)]
     return compare(
         "freedom",
         freedom,
@@ -65,18 +66,18 @@ def exercise_2(alpha, rig=None):
     def noise(value):
         return design_noise(replace(design, E=(value, value)))[0]
 
-    limit = DEAREST * noise(0.9)
+    limit = DEAREST * noise(EQUAL[0])
     if noise(alpha) > limit:
         return Verdict(
             False, f"At your alpha motor 1 shakes with {noise(alpha):.2f} V, {limit:.2f} V is the "
             "limit."
         )  # fmt: skip
-    if noise(max(alpha - 0.02, 0)) <= limit:
+    if noise(max(alpha - FINELY, 0)) <= limit:
         return Verdict(
             False, f"{noise(alpha):.2f} V is within the limit of {limit:.2f} V, but an observer "
-            "faster by 0.02 would be too."
+            f"faster by {FINELY} would be too."
         )  # fmt: skip
-    return Verdict(True, f"{noise(alpha):.2f} V, and 0.02 faster would exceed the limit.")
+    return Verdict(True, f"{noise(alpha):.2f} V, and {FINELY} faster would exceed the limit.")
 
 
 def exercise_3(*pair, rig=None):

@@ -19,7 +19,7 @@ from .judging import Verdict, all_right, compare
 
 PRICES, LIMITS, BUDGET = (3, 1), (12.0, 2.5), 5
 LEAST, MOST = 20, 240  # gear ratios to be had
-TILT, MARGIN, LEAN, REST = 0.1, 0.2, 0.03, 0.01
+TILT, MARGIN, LEAN, REST, SETTLED = 0.1, 0.2, 0.03, 0.01, 9.0
 
 
 def geared(motor, ratio):
@@ -199,10 +199,10 @@ def stands(design):
     run = simulate(design.rig, design.controller, 10, [LEAN, 0, 0, 0], imperfections=bench)
     if run.fell:
         return f"Released at a lean of {LEAN:g} rad it falls after {run.fell_at:.2f} s."
-    left = np.abs(run.angles[run.t > 9]).max()
+    left = np.abs(run.angles[run.t > SETTLED]).max()
     if left > REST:
         return (
             f"Released at {LEAN:g} rad it stays up, but angles still reach {left:.3f} rad after "
-            f"9 s; {REST:g} is asked for."
+            f"{SETTLED:g} s; {REST:g} is asked for."
         )
     return None

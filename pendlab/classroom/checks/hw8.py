@@ -15,6 +15,7 @@ POSE = (0.1, -0.1)  # rad, theta2 - theta1 and theta3 - theta2
 STEPS = ((0.1, 0.0), (0.0, 0.1), (0.1, -0.1))
 BAND, SECONDS, CROSSTALK, MARGIN = 0.01, 3.0, 0.02, 0.45
 PERIOD, SWING = 12.0, 0.15  # s, rad: a wave of both attitudes
+LENGTH = 2 * PERIOD
 FOLLOWS = 0.03
 
 
@@ -167,7 +168,7 @@ def exercise_5(design, reference, rig=None):
     """Follow a wave: error of both attitudes, with a reference of the student's own making."""
     rig_ = own_rig(rig)
     t = (
-        design.dt * np.arange(round(2 * PERIOD / design.dt) + 1)
+        design.dt * np.arange(round(LENGTH / design.dt) + 1)
         if isinstance(design, Design)
         else 0
     )
@@ -176,7 +177,7 @@ def exercise_5(design, reference, rig=None):
         yield from _linear_shortfalls(design, rig)
         rows = array("reference", reference, (len(t), 2))
         bench = Imperfections(filters=True, saturation=True)
-        run = simulate(rig_, design.controller, 2 * PERIOD, reference=rows, imperfections=bench)
+        run = simulate(rig_, design.controller, LENGTH, reference=rows, imperfections=bench)
         if run.fell:
             yield f"It falls after {run.fell_at:.2f} s."
         error = np.abs(run.angles[:, 1:] - wave(t))[t > PERIOD].max()

@@ -11,6 +11,7 @@ from ..own_rig import my_rig
 from .judging import Verdict, compare
 
 REST = 0.005  # rad
+BALANCED, SETTLED = 5.0, 4.0  # s
 AHEAD = 3.0  # points above the paper's controller
 OTHERS = ("first neighbour", "second neighbour", "third neighbour")
 
@@ -43,16 +44,16 @@ def exercise_1(make, rig=None):
             False, "Equal calls of step gave different voltages: keep what must be remembered in the "
             "state that step returns, not in self."
         )  # fmt: skip
-    run = simulate(rig, controller, 5.0, initial=bench_start(rig))
+    run = simulate(rig, controller, BALANCED, initial=bench_start(rig))
     if run.fell:
         late = "sign of u = -F x?" if run.fell_at < 1 else "rates: are they in rad/s?"
         return Verdict(
             False, f"On the ideal rig it falls after {run.fell_at:.2f} s. Check the {late}"
         )
-    left = np.abs(run.angles[run.t > 4]).max()
+    left = np.abs(run.angles[run.t > SETTLED]).max()
     if left > REST:
         return Verdict(
-            False, f"It stays up, but after 4 s is still {left:.3f} rad away; {REST:g} is asked for. "
+            False, f"It stays up, but after {SETTLED:g} s is still {left:.3f} rad away; {REST:g} is asked for. "
             "Which weights bring back the slow lean of the whole pendulum?"
         )  # fmt: skip
     return Verdict(True, "The bench takes it.")

@@ -13,6 +13,9 @@ from ...paper.designs import paper_design
 from ...studies.pushes import largest_pulses
 from .judging import Verdict, choose, compare
 
+SLOWEST, DISTANCE = 2.0, 0.6  # s; from -1
+PUSH, TOLERANCE = 0.05, 0.03  # s; of the height
+
 
 def exercise_1(answer, rig=None):
     """Rest position under an offset of 3 mrad in theta1."""
@@ -52,11 +55,11 @@ def exercise_2(answer, rig=None):
         return Verdict(False, "With filters this loop is not stable.")
     slowest = -answer.dt / np.log(eigenvalue)
     distance = margins(answer.loop(0, filters=True)).modulus
-    if slowest >= 2:
+    if slowest >= SLOWEST:
         return Verdict(
             False, f"The slowest time constant is still {slowest:.1f} s; which weight acts on w?"
         )
-    if distance <= 0.6:
+    if distance <= DISTANCE:
         return Verdict(
             False,
             f"Fast enough, but only {distance:.2f} from -1 with filters: a little less haste.",
@@ -96,7 +99,7 @@ def exercise_4(answer, rig=None):
     if design is None:
         return Verdict(False, "This exercise is about the paper's double pendulum; leave rig out.")
     real = Imperfections(filters=True, saturation=True)
-    limits = largest_pulses(design.rig, design.controller, [0.05], real, accuracy=0.01)
+    limits = largest_pulses(design.rig, design.controller, [PUSH], real, accuracy=0.01)
     truth = limits.heights[1, 0]
     return compare(
         "The height",
@@ -105,6 +108,6 @@ def exercise_4(answer, rig=None):
         [
             (limits.impulses[1, 0], "That is the impulse; the height of the pulse is asked for."),
         ],
-        tolerance=0.035,
+        tolerance=TOLERANCE + 0.005,
         praise="A short push of that impulse is all it takes.",
     )
