@@ -89,6 +89,26 @@ def test_my_rig_is_balanced_by_the_papers_weights_with_filters(base):
         assert abs(pl.closed_loop_eigenvalues(design.filtered_loop)[0]) < 1
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("Zoé", "Zoe\u0301"),
+        ("Łukasz", " łukasz "),
+        ("\uae40\uc9c0", "\u1100\u1175\u11b7\u110c\u1175"),
+        ("İnci", "I\u0307nci"),
+    ],
+)
+def test_my_rig_knows_one_student_however_the_name_is_typed(names):
+    one, other = map(pl.my_rig, names)
+    assert one == other
+
+
+@pytest.mark.parametrize("who", [None, True, ["Ada"], 1j])
+def test_my_rig_wants_a_name(who):
+    with pytest.raises(TypeError, match="who: expected a name or a"):
+        pl.my_rig(who)
+
+
 def test_my_rig_bad_input():
     with pytest.raises(ValueError, match="who"):
         pl.my_rig(" ")

@@ -1,5 +1,9 @@
 """The environment check says what is wrong and what to do about it."""
 
+import subprocess
+import sys
+from pathlib import Path
+
 import pytest
 
 import pendlab as pl
@@ -29,11 +33,11 @@ def test_other_version_is_named(monkeypatch, tmp_path):
     environment = tmp_path / "environment.txt"
     environment.write_text("numpy==0.0.1\n")
     monkeypatch.setattr(clinic, "ENVIRONMENT", environment)
-    assert "tested: ['0.0.1']" in finding("packages").found
+    assert "tested: 0.0.1" in finding("packages").found
 
 
 def test_missing_data_is_found(monkeypatch):
-    monkeypatch.setattr(clinic, "rigs", list)
+    monkeypatch.setattr("pendlab.parameters.rigs", list)
     assert not finding("data").well
 
 
@@ -54,13 +58,13 @@ def test_unwritable_folders_are_found(monkeypatch, tmp_path):
 
 
 def test_command_prints_advice_and_fails(monkeypatch, capsys):
-    monkeypatch.setattr(clinic, "rigs", list)
+    monkeypatch.setattr("pendlab.parameters.rigs", list)
     assert clinic.run(None) == 1
     assert "-> the folder data/ is missing" in capsys.readouterr().out
 
 
 def test_ill_report_lists_only_what_is_ill(monkeypatch):
-    monkeypatch.setattr(clinic, "rigs", list)
+    monkeypatch.setattr("pendlab.parameters.rigs", list)
     html = pl.doctor()._repr_html_()
     assert html.count("<li>") == 1
 
@@ -71,3 +75,14 @@ def test_tested_versions_are_read(monkeypatch, tmp_path, text):
     environment.write_text(f"# comment\n{text}\nunlisted==1\n")
     monkeypatch.setattr(clinic, "ENVIRONMENT", environment)
     assert list(clinic._tested()) == ["numpy"]
+
+
+def test_without_any_package_it_says_what_is_missing():
+    """`-S -E`: Python and this folder, nothing else; the state in which a beginner asks for help."""
+    command = [sys.executable, "-S", "-E", "-m", "pendlab", "doctor"]
+    root = Path(pl.__file__).parents[1]
+    done = subprocess.run(command, cwd=root, capture_output=True, text=True, check=False)
+    assert (done.returncode, done.stderr) == (1, "")
+    assert "NO  packages: numpy, scipy, control, matplotlib" in done.stdout
+    assert "pip install -r environment.txt" in done.stdout and "cannot look without" in done.stdout
+    assert "ok  Python" in done.stdout and "ok  folder" in done.stdout

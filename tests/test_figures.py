@@ -2,6 +2,8 @@
 
 import io
 import re
+import subprocess
+import sys
 from dataclasses import replace
 
 import numpy as np
@@ -389,3 +391,18 @@ def test_show_gives_picture_caption_and_folded_description(monkeypatch):
     assert bundle["image/png"] == png(fig) and bundle["text/plain"] == fig.caption
     assert more["metadata"]["image/png"]["alt"] == fig.alt
     assert words.data.startswith("**Fig 14.** ") and "<summary>Description</summary>" in words.data
+
+
+def test_settings_of_the_user_change_no_figure(tmp_path):
+    """A matplotlibrc in the working folder: no TeX is asked for, and the picture is the same."""
+    settings = "text.usetex: True\nsavefig.dpi: 30\naxes.linewidth: 9\naxes.facecolor: red\n"
+    (tmp_path / "matplotlibrc").write_text(settings)
+    code = "import pendlab as pl; pl.save(pl.figure(5), '.', 'ours')"
+    done = subprocess.run(
+        [sys.executable, "-c", code], cwd=tmp_path, capture_output=True, text=True
+    )
+    assert done.returncode == 0, done.stderr
+    pl.save(pl.figure(5), tmp_path, "plain")
+    for kind in ("png", "svg"):
+        ours, plain = (tmp_path / f"{name}.{kind}" for name in ("ours", "plain"))
+        assert ours.read_bytes() == plain.read_bytes()

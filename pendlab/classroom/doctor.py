@@ -10,9 +10,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-from ..parameters import HERE, rigs
-
-ENVIRONMENT = HERE.parent / "environment.txt"
+ENVIRONMENT = Path(__file__).parents[2] / "environment.txt"
 OPTIONAL = {"numba": "simulations run in plain Python, about a hundred times slower"}
 NEEDED = (
     "numpy",
@@ -79,43 +77,37 @@ class Findings:
 
 
 def doctor():
-    """Look at Python, packages, fonts, kernel, port, write access and the compiler's cache."""
-    checks = (_python, _packages, _speed, _fonts, _kernel, _data, _port, _writing, _cache)
-    return Findings(tuple(check() for check in checks))
+    """Look at Python, packages, fonts, kernel, port, write access and the compiler's cache.
+
+    It needs nothing but Python, so that it can say what is missing.
+    """
+    return Findings(tuple(_ask(*question) for question in QUESTIONS))
+
+
+def _ask(name, look, advice):
+    try:
+        well, found, *other = look()
+    except ImportError as problem:
+        return Finding(name, False, f"cannot look without {problem.name}", INSTALL)
+    return Finding(name, well, found, *(other or [advice]))
 
 
 def _python():
-    version = ".".join(map(str, sys.version_info[:3]))
-    return Finding(
-        "Python",
-        sys.version_info >= (3, 11),
-        version,
-        "install Python 3.11 or newer and make the environment anew with the README's first command.",
-    )
+    return sys.version_info >= (3, 11), ".".join(map(str, sys.version_info[:3]))
 
 
 def _packages():
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
-        return Finding(
-            "packages",
-            False,
-            f"{', '.join(missing)} missing",
-            "run  pip install -r environment.txt  in this environment.",
-        )
+        return False, f"{', '.join(missing)} missing"
     other = [
-        f"{name} {version} (tested: {tested})"
+        f"{name} {version} (tested: {', '.join(tested)})"
         for name, tested in _tested().items()
         if (version := _version(name)) not in (None, *tested)
     ]
     if other:
-        return Finding(
-            "packages",
-            False,
-            "; ".join(other),
-            "it may work; for the tested versions run  pip install -r environment.txt",
-        )
-    return Finding("packages", True, "all there, in tested versions")
+        return False, "; ".join(other), f"it may work; for the tested versions {INSTALL}"
+    return True, "all there, in tested versions"
 
 
 def _tested():
@@ -139,10 +131,8 @@ def _version(name):
 def _speed():
     missing = [name for name in OPTIONAL if importlib.util.find_spec(name) is None]
     if missing and sys.platform == "darwin":
-        return Finding("compiler", True, f"no numba on this Mac: {OPTIONAL['numba']}")
-    advice = "run  pip install -r environment.txt ; everything works without it, only slower."
-    found = f"numba missing: {OPTIONAL['numba']}" if missing else "numba is there"
-    return Finding("compiler", not missing, found, advice)
+        return True, f"no numba on this Mac: {OPTIONAL['numba']}"
+    return not missing, f"numba missing: {OPTIONAL['numba']}" if missing else "numba is there"
 
 
 def _fonts():
@@ -152,71 +142,44 @@ def _fonts():
 
     wanted = STYLE["font.family"][0]
     there = wanted in font_manager.get_font_names()
-    return Finding(
-        "fonts",
-        there,
-        f"{wanted} {'found' if there else 'missing'}",
-        "it comes with matplotlib: run  pip install --force-reinstall matplotlib",
-    )
+    return there, f"{wanted} {'found' if there else 'missing'}"
 
 
 def _kernel():
-    if importlib.util.find_spec("jupyter_client") is None:
-        return Finding("kernel", False, "jupyter missing", "run  pip install -r environment.txt")
     from jupyter_client.kernelspec import KernelSpecManager, NoSuchKernel
 
     try:
         command = KernelSpecManager().get_kernel_spec("python3").argv[0]
     except NoSuchKernel:
-        return Finding(
-            "kernel", False, "no python3 kernel", "run  python -m ipykernel install --user"
-        )
+        return False, "no python3 kernel", "run  python -m ipykernel install --user"
     ours = (
         Path(command).name == command or Path(command).absolute() == Path(sys.executable).absolute()
     )
-    return Finding(
-        "kernel",
-        ours,
-        "python3 is this environment" if ours else f"python3 runs {command}",
-        "another installation's kernel comes first: run  python -m ipykernel install --sys-prefix",
-    )
+    return ours, "python3 is this environment" if ours else f"python3 runs {command}"
 
 
 def _data():
-    there = {"double", "triple"} <= set(rigs())
-    return Finding(
-        "data",
-        there,
-        f"rigs {', '.join(rigs()) or 'none'}",
-        "the folder data/ is missing or incomplete: unpack or clone the repository again.",
-    )
+    from ..parameters import rigs
+
+    found = rigs()
+    return {"double", "triple"} <= set(found), f"rigs {', '.join(found) or 'none'}"
 
 
 def _port():
     try:
         with socket.socket() as probe:
             probe.bind(("127.0.0.1", 0))
-        return Finding("port", True, "JupyterLab can listen on this machine")
     except OSError as problem:
-        return Finding(
-            "port",
-            False,
-            str(problem),
-            "a firewall forbids local servers: ask who runs this machine.",
-        )
+        return False, str(problem)
+    return True, "JupyterLab can listen on this machine"
 
 
 def _writing():
     try:
         with tempfile.TemporaryFile(dir=Path.cwd()):
-            return Finding("folder", True, "this folder can be written")
+            return True, "this folder can be written"
     except OSError as problem:
-        return Finding(
-            "folder",
-            False,
-            f"{Path.cwd()} cannot be written ({problem.strerror})",
-            "copy the series to your own folder; without it your work cannot be saved.",
-        )
+        return False, f"{Path.cwd()} cannot be written ({problem.strerror})"
 
 
 def _cache():
@@ -226,15 +189,46 @@ def _cache():
         try:
             folder.mkdir(parents=True, exist_ok=True)
             with tempfile.TemporaryFile(dir=folder):
-                return Finding("compiler cache", True, str(folder))
+                return True, str(folder)
         except OSError:
             continue
-    return Finding(
+    return False, "no folder of yours can be written"
+
+
+INSTALL = "run  pip install -r environment.txt  in this environment."
+
+# What is looked at, how, and what to do where it is not well.
+QUESTIONS = (
+    (
+        "Python",
+        _python,
+        "install Python 3.11 or newer and make the environment anew with the README's first command.",
+    ),
+    ("packages", _packages, INSTALL),
+    ("compiler", _speed, f"{INSTALL} Everything works without it, only slower."),
+    ("fonts", _fonts, "it comes with matplotlib: run  pip install --force-reinstall matplotlib"),
+    (
+        "kernel",
+        _kernel,
+        "another installation's kernel comes first: run  python -m ipykernel install --sys-prefix",
+    ),
+    (
+        "data",
+        _data,
+        "the folder data/ is missing or incomplete: unpack or clone the repository again.",
+    ),
+    ("port", _port, "a firewall forbids local servers: ask who runs this machine."),
+    (
+        "folder",
+        _writing,
+        "copy the series to your own folder; without it your work cannot be saved.",
+    ),
+    (
         "compiler cache",
-        False,
-        "no folder of yours can be written",
+        _cache,
         "each session compiles anew (some seconds); set PENDLAB_CACHE to a folder of yours.",
-    )
+    ),
+)
 
 
 def add_commands(commands):

@@ -7,7 +7,7 @@ Nothing here changes matplotlib's global settings: figure functions wear ``@styl
 import io
 from contextlib import contextmanager
 
-from matplotlib import rc_context
+from matplotlib import rc_context, rcParams, rcParamsDefault
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 
@@ -121,10 +121,18 @@ def look(name, **changes):
     return {**LINES[name], **changes}
 
 
+_PROGRAM = ("backend", "interactive", "keymap", "macosx", "timezone", "tk", "toolbar", "webagg")
+_SETTINGS = [k for k in rcParamsDefault if k not in STYLE and not k.startswith(_PROGRAM)]
+
+
 @contextmanager
 def styled():
-    """`STYLE` for the time of a function (``@styled()``) or of a block (``with styled():``)."""
-    with rc_context(STYLE):
+    """`STYLE` for the time of a function (``@styled()``) or of a block (``with styled():``).
+
+    It starts from matplotlib's defaults: a user's own settings change no figure.
+    """
+    own = {k: rcParamsDefault[k] for k in _SETTINGS if rcParams[k] != rcParamsDefault[k]}
+    with rc_context(own | STYLE):
         yield
 
 

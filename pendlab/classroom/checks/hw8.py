@@ -167,11 +167,7 @@ def wave(t):
 def exercise_5(design, reference, rig=None):
     """Follow a wave: error of both attitudes, with a reference of the student's own making."""
     rig_ = own_rig(rig)
-    t = (
-        design.dt * np.arange(round(LENGTH / design.dt) + 1)
-        if isinstance(design, Design)
-        else 0
-    )
+    t = design.dt * np.arange(round(LENGTH / design.dt) + 1) if isinstance(design, Design) else 0
 
     def shortfalls():
         yield from _linear_shortfalls(design, rig)
