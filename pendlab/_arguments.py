@@ -46,7 +46,7 @@ def numbers(name, values, above=None, least=None, count=None, finite=True):
         if isinstance(values, str):  # would count as a list of letters
             raise TypeError
         items = list(values)
-    except TypeError:
+    except Exception:  # python-control's systems raise OSError
         raise TypeError(f"{name}: expected numbers, {found(values)}.") from None
     if count is not None and len(items) != count:
         raise ValueError(f"{name}: expected {count} numbers, found {len(items)}.")
@@ -57,7 +57,7 @@ def numbers(name, values, above=None, least=None, count=None, finite=True):
 
 
 def array(name, value, shape=None, finite=True):
-    """`value` as a float array; None in `shape` stands for any size."""
+    """`value` as a float array of as many dimensions as `shape`, where None stands for any size."""
     try:
         result = np.array(value)
         # NumPy would turn these into numbers without a word.
@@ -66,6 +66,7 @@ def array(name, value, shape=None, finite=True):
         result = result.astype(float)
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: expected an array of real numbers, {found(value)}.") from None
+    result = result.reshape((1,) * (len(shape or ()) - result.ndim) + result.shape)
     if shape is not None and (
         result.ndim != len(shape)
         or any(want is not None and want != got for want, got in zip(shape, result.shape))
@@ -91,8 +92,8 @@ def state_space(name, model, sampled=None):
 
     if not isinstance(model, StateSpace):
         raise TypeError(f"{name}: expected a control.StateSpace, {found(model)}.")
-    if not all(np.isfinite(part).all() for part in (model.A, model.B, model.C, model.D)):
-        raise ValueError(f"{name}: every entry of A, B, C and D must be finite, found nan or inf.")
+    if not all((np.abs(part) < 1e100).all() for part in (model.A, model.B, model.C, model.D)):
+        raise ValueError(f"{name}: every entry of A, B, C and D must be finite and below 1e100.")
     if 0 in (model.nstates, model.ninputs, model.noutputs) or model.dt is None or model.dt is True:
         raise ValueError(
             f"{name}: expected states, inputs, outputs and a sampling time (0: continuous), found "

@@ -33,6 +33,12 @@ class Controller:
     u_max : m voltage limits of step 4, or None for no limits
 
     The functions `start` and `step` keep no state of their own: equal calls give equal results.
+
+    >>> from pendlab import paper_design
+    >>> paper = paper_design("double").controller
+    >>> u, state = paper.step(paper.start(), [0.01, 0, 0])
+    >>> u.round(3)
+    array([1.923])
     """
 
     F: np.ndarray
@@ -55,7 +61,7 @@ class Controller:
             raise ValueError(f"tracked: each output takes one integrator, {found(tracked)}.")
         set_(self, "tracked", tuple(int(index) for index in tracked))
         n, m = self.observer.T.shape[1], self.observer.H.shape[1]
-        set_(self, "F", array("F", np.atleast_2d(self.F), (m, n + len(self.tracked))))
+        set_(self, "F", array("F", self.F, (m, n + len(self.tracked))))
         if self.u_max is not None:
             set_(self, "u_max", numbers("u_max", self.u_max, above=0, count=m, finite=False))
             set_(self, "_limit", np.array(self.u_max))
@@ -96,6 +102,7 @@ class Controller:
 
     def control(self, state, y):
         """u(n) = -F [xhat(n); w(n)] within the limits: steps 2 to 4 of section 5."""
+        y = self._outputs(state, y)
         u = -(self.F @ np.concatenate([self.estimate(state, y), state.w]))
         if self._limit is not None:
             u = np.minimum(np.maximum(u, -self._limit), self._limit)
@@ -103,9 +110,12 @@ class Controller:
 
     def update(self, state, y, u, y_ref=0.0):
         """Observer and integrator at the next sample: step 6."""
-        o = self.observer
+        o, y = self.observer, self._outputs(state, y)
+        y_ref = array("y_ref", y_ref)
+        if y_ref.ndim:
+            y_ref = array("y_ref", y_ref, (len(self.tracked),))
         v = o.E @ state.v + o.H @ u + o.K @ y
-        w = state.w + self.dt * (y_ref - np.asarray(y)[list(self.tracked)])
+        w = state.w + self.dt * (y_ref - y[list(self.tracked)])
         return ControllerState(v, w)
 
     def step(self, state, y, y_ref=0.0):
@@ -116,8 +126,12 @@ class Controller:
         u = self.control(state, y)
         return u, self.update(state, y, u, y_ref)
 
+    def _outputs(self, state, y):
+        instance("state", state, ControllerState, "controller.start()")
+        return array("y", y, (self.observer.K.shape[1],), finite=False)
 
-def controller(F, observer, dt=0.01, tracked=1, kp=None, u_max=None):
+
+def controller(F, observer, dt=0.01, tracked=1, kp=None, *, u_max=None):
     """The paper's controller from a gain and an observer.
 
     Parameters
@@ -133,14 +147,17 @@ def controller(F, observer, dt=0.01, tracked=1, kp=None, u_max=None):
     Returns
     -------
     Controller
+
+    >>> from pendlab import paper_design
+    >>> triple = paper_design("triple")
+    >>> controller(triple.F, triple.observer, kp=10).F.shape
+    (2, 7)
     """
-    F = array("F", np.atleast_2d(F))
     instance("observer", observer, Observer)
+    F = array("F", F, (None, None))
     if kp is not None:
         # The estimate repeats the measured angles exactly; the last of m motors drives hinge m+1,
         # whose angle is state number m counted from 0.
-        row = np.zeros((1, F.shape[1]))
-        row[0, observer.H.shape[1]] = number("kp", kp)
+        row = number("kp", kp) * np.eye(1, F.shape[1], observer.H.shape[1])
         F = np.vstack([F, row])
-    tracked = tracked if isinstance(tracked, (tuple, list)) else (tracked,)
-    return Controller(F, observer, dt, tuple(tracked), u_max)
+    return Controller(F, observer, dt, tracked, u_max)

@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from functools import cached_property
 
+from ._arguments import flag, whole
 from .controllers import controller
 from .gain import lqr
 from .loop import broken_at, open_loop, state_feedback_loop
@@ -29,6 +30,10 @@ class Design:
 
     ``dataclasses.replace(design, kp=5.0)`` gives the design with one choice changed;
     ``design.changed(kp=5.0)`` gives the same and keeps what does not depend on the change.
+
+    >>> from pendlab import load
+    >>> Design(load("double"), Q=(0.1, 100, 0, 0.01, 1), R=3, E=0.9).F.round(2)  # (23)
+    array([[-254.6 ,  -99.18,  -51.35,  -29.85,    0.55]])
     """
 
     rig: Pendulum
@@ -111,7 +116,8 @@ class Design:
 
     def loop(self, index=0, filters=False):
         """The loop broken at one input with all the others closed."""
-        loop = self.filtered_loop if filters else self.nominal_loop
+        whole("index", index, most=self.rig.n_motors - 1)
+        loop = self.filtered_loop if flag("filters", filters) else self.nominal_loop
         return loop if loop.ninputs == 1 else broken_at(loop, index)
 
 

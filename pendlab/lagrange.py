@@ -96,7 +96,6 @@ def parameter_values(rig):
     return (*map(float, flat), rig.g)
 
 
-@lru_cache(typed=True)  # so that 2.0 is refused whether or not 2 came before
 def derive(n_links, n_motors):
     """Equations of motion of a pendulum with `n_links` links and motors on hinges 2 to n_motors+1.
 
@@ -122,12 +121,17 @@ def derive(n_links, n_motors):
     [ G1],
     [-G1]])
     """
-    n = whole("n_links", n_links, least=1)
+    n = whole("n_links", n_links, least=1, most=8)
     m = whole("n_motors", n_motors)
     if m > n - 1:
         raise ValueError(
             f"n_motors: {n} links take 0 to {n - 1} motors (hinge 1 is free), found {m}."
         )
+    return _derive(n, m)
+
+
+@lru_cache
+def _derive(n, m):
     q, v, u = _column("theta", n), _column("omega", n), _column("u", m)
     parameters = {name: _row(letter, n) for name, (_, letter) in LINK_SYMBOLS.items()}
     parameters |= {name: _row(letter, m) for name, (_, letter) in MOTOR_SYMBOLS.items()}

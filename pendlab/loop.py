@@ -41,7 +41,7 @@ def frequency_response(system, omega):
     [[[(0.5-0.5j)]]]
     """
     state_space("system", system)
-    omega = array("omega", np.atleast_1d(omega), (None,))
+    omega = array("omega", omega, (None,))
     with np.errstate(divide="ignore", invalid="ignore"):
         response = transfer(system, np.exp(1j * omega * system.dt) if system.dt else 1j * omega)
     at_pole = ~np.isfinite(response).all(axis=(1, 2))
@@ -119,7 +119,7 @@ def state_feedback_loop(model, F):
     0.946
     """
     state_space("model", model)
-    F = array("F", np.atleast_2d(F), (model.ninputs, model.nstates))
+    F = array("F", F, (model.ninputs, model.nstates))
     return control.ss(model.A, model.B, F, 0, model.dt, name="F (zI - A)^-1 B")
 
 

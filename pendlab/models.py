@@ -114,7 +114,7 @@ def nonlinear(rig):
     evaluate = motion.nonlinear
 
     def f(x, u):
-        x, u = array("x", x, (2 * n,)), array("u", np.atleast_1d(u), (m,))
+        x, u = array("x", x, (2 * n,)), array("u", u, (m,))
         q, v = np.cumsum(x[:n]), np.cumsum(x[n:])  # absolute: running sums of relative
         mass_matrix, bias = evaluate(q, v, values)
         acceleration = np.linalg.solve(mass_matrix, -np.asarray(bias)[:, 0] - H @ u)

@@ -12,7 +12,7 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import eig
+from scipy.linalg import eig, matrix_balance
 
 from .loop import check_loop, on_circle, prepared
 
@@ -71,6 +71,7 @@ def encirclements(loop):
 
 def _with_doubt(A):
     """Eigenvalues of A, and how far rounding may have moved each (to first order)."""
+    A, _ = matrix_balance(A)
     values, left, right = eig(A, left=True)
     overlap = np.abs(np.sum(left.conj() * right, axis=0))
     return values, 1e-15 * np.linalg.norm(A, 2) / np.maximum(overlap, 1e-300)

@@ -45,10 +45,10 @@ class Observer:
         set_ = object.__setattr__
         set_(self, "E", dynamics(self.E))
         p = len(self.E)
-        set_(self, "T", array("T", np.atleast_2d(self.T), (p, None)))
+        set_(self, "T", array("T", self.T, (p, None)))
         n = self.T.shape[1]
-        set_(self, "K", array("K", np.atleast_2d(self.K), (p, None)))
-        set_(self, "H", array("H", np.atleast_2d(self.H), (p, None)))
+        set_(self, "K", array("K", self.K, (p, None)))
+        set_(self, "H", array("H", self.H, (p, None)))
         set_(self, "L1", array("L1", self.L1, (n, self.K.shape[1])))
         set_(self, "L2", array("L2", self.L2, (n, p)))
 
@@ -94,10 +94,10 @@ def observer(model, E, T, K):
     """
     state_space("model", model, sampled=True)
     A, B, C = model.A, model.B, model.C
-    T = np.atleast_2d(T)
+    T = array("T", T, (None, None))
     E = dynamics(E, len(T))
     T = array("T", T, (len(E), model.nstates))
-    K = array("K", np.atleast_2d(K), (len(E), model.noutputs))
+    K = array("K", K, (len(E), model.noutputs))
     gap = np.abs(T @ A - E @ T - K @ C).max()
     if gap > 1e-7 * (np.abs(T) @ np.abs(A) + np.abs(E @ T) + np.abs(K) @ np.abs(C)).max():
         raise ValueError(
@@ -136,7 +136,7 @@ def luenberger(model, E, K):
     array([[0.6115]])
     """
     state_space("model", model, sampled=True)
-    K = np.atleast_2d(K)
+    K = array("K", K, (None, None))
     E = dynamics(E, len(K))
     K = array("K", K, (len(E), model.noutputs))
     _apart(model, E)
@@ -170,7 +170,7 @@ class ObserverFamily:
 
     def member(self, coefficients):
         """The `Observer` with alpha = coefficients . basis; ValueError where [C; T] is singular."""
-        coefficients = array("coefficients", np.atleast_1d(coefficients), (self.dimension,))
+        coefficients = array("coefficients", coefficients, (self.dimension,))
         T, K = self.split(coefficients @ self.basis)
         return observer(self.model, self.E, T, K)
 
@@ -186,8 +186,8 @@ class ObserverFamily:
 
     def _alpha(self, T, K):
         p = len(self.E)
-        T = array("T", np.atleast_2d(T), (p, self.model.nstates))
-        K = array("K", np.atleast_2d(K), (p, self.model.noutputs))
+        T = array("T", T, (p, self.model.nstates))
+        K = array("K", K, (p, self.model.noutputs))
         return np.concatenate([T.ravel(), K.ravel()])
 
     def condition(self, coefficients):

@@ -150,7 +150,7 @@ def _all(kind, name, items):
         items = (items,)
     try:
         items = tuple(items)
-    except TypeError:
+    except Exception:
         raise TypeError(f"{name}: expected a list of pl.{kind.__name__}, {found(items)}.") from None
     for i, item in enumerate(items, 1):
         if not isinstance(item, kind):

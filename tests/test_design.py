@@ -114,6 +114,6 @@ def test_rig_without_filters(double_design):
     d = dataclasses.replace(double_design, rig=bare)
     assert d.nominal_loop.nstates == 6
     with pytest.raises(
-        TypeError, match=r"filters: expected pl\.Filters such as rig\.filters, found None"
+        TypeError, match=r"filters: expected a pl\.Filters such as rig\.filters, found None"
     ):
         _ = d.filtered_loop

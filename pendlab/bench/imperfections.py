@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 
 from .._arguments import found, number, numbers, whole
-from ..parameters import DATA, Pendulum, read_toml
+from ..parameters import DATA, Pendulum, entry, read_toml
 
 
 @dataclass(frozen=True)
@@ -186,15 +186,7 @@ def _bench(rig):
 
 
 def _values(path, part, key, unit, count):
-    item = part.get(key) if isinstance(part, dict) else None
-    if not isinstance(item, dict) or "value" not in item:
-        raise ValueError(
-            f"{path}: entry {key!r} is missing or has no value; "
-            f'write {key} = {{value = ..., unit = "{unit}", source = "..."}}.'
-        )
-    if item.get("unit") != unit:
-        raise ValueError(f"{path}: entry {key!r} must be in {unit!r}, found {item.get('unit')!r}.")
-    return numbers(f"{path}: entry {key!r}", item["value"], count=count)
+    return numbers(f"{path}: entry {key!r}", entry(path, part, key, unit), count=count)
 
 
 def switches():

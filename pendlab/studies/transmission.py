@@ -113,7 +113,7 @@ def closed_loop(design, filters=True):
         + G.input_labels[m:]
         + [f"reference {outputs[i]}" for i in tracked],
         outputs=angle_names(n) + plant.input_labels,
-        name=f"{rig.name} in closed loop",
+        name=f"{plant.name} in closed loop",
     )
 
 
