@@ -53,7 +53,7 @@ def test_closed_ports_are_found(monkeypatch):
 def test_unwritable_folders_are_found(monkeypatch, tmp_path):
     blocked = tmp_path / "file"
     blocked.write_text("")
-    monkeypatch.setattr("pendlab.bench.generated.cache_folders", lambda: [blocked / "cache"])
+    monkeypatch.setattr("pendlab.bench.cache.cache_folders", lambda: [blocked / "cache"])
     assert "PENDLAB_CACHE" in finding("compiler cache").advice
 
 

@@ -216,20 +216,8 @@ def test_plain_python_gives_equal_results_and_says_so_once():
     assert compiled == plain  # to the last bit
 
 
-def test_cache_falls_back_where_nothing_can_be_written(tmp_path, monkeypatch):
-    (tmp_path / "file").write_text("not a folder")
-    blocked, free = tmp_path / "file" / "below", tmp_path / "cache"
-    monkeypatch.setattr(generated, "cache_folders", lambda: [blocked, free])
-    path = generated._cached("name", lambda: "text = 1")
-    assert path == free / "name.py" and path.read_text() == "text = 1"
-    path.write_text("text = 2")
-    assert generated._cached("name", lambda: "text = 1").read_text() == "text = 2"  # written once
-    monkeypatch.setattr(generated, "cache_folders", lambda: [blocked])
-    assert generated._cached("name", lambda: "text = 1") is None
-
-
 def test_kernel_loads_without_any_cache_folder(monkeypatch):
-    monkeypatch.setattr(generated, "cache_folders", lambda: [])
+    monkeypatch.setattr("pendlab.bench.cache.cache_folders", lambda: [])
     monkeypatch.setattr(generated, "_compile", lambda module, cache: cache)
     kernel = load_kernel.__wrapped__(2, 1)
     assert kernel.COMPILED is False and (kernel.N, kernel.M) == (2, 1)

@@ -73,7 +73,7 @@ def reference_rows(reference, t, columns):
             f"reference: expected a number, a function of t, or one row for each of the {len(t)} "
             f"samples{f' with {columns} columns' if columns else ''}, found shape {value.shape}."
         )
-    return np.ascontiguousarray(value)
+    return np.array(value, order="C")  # of its own, writable as the compiled loop expects
 
 
 def _at_each(function, name, t):

@@ -183,16 +183,11 @@ def _writing():
 
 
 def _cache():
-    from ..bench.generated import cache_folders
+    from ..bench.cache import cache_findings
 
-    for folder in cache_folders():
-        try:
-            folder.mkdir(parents=True, exist_ok=True)
-            with tempfile.TemporaryFile(dir=folder):
-                return True, str(folder)
-        except OSError:
-            continue
-    return False, "no folder of yours can be written"
+    looked = cache_findings()
+    well, found, _ = next((finding for finding in looked if not finding[0]), looked[-1])
+    return well, found
 
 
 INSTALL = "run  pip install -r environment.txt  in this environment."
@@ -226,7 +221,8 @@ QUESTIONS = (
     (
         "compiler cache",
         _cache,
-        "each session compiles anew (some seconds); set PENDLAB_CACHE to a folder of yours.",
+        "what is damaged is made anew when it is needed; where nothing can be written, each session "
+        "compiles anew (some seconds): set PENDLAB_CACHE to a folder of yours.",
     ),
 )
 

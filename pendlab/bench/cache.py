@@ -1,0 +1,159 @@
+"""Where generated and compiled code is kept: folders, a seed to copy from, and what is damaged.
+
+Nothing here needs more than Python, so that the doctor can look.
+"""
+
+import hashlib
+import os
+import shutil
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+SEAL = "# sha256 "
+TAG = f"py{sys.version_info[0]}{sys.version_info[1]}{getattr(sys, 'abiflags', '')}"  # as numba's
+
+
+def cache_folders():
+    """Where generated code may be kept, best first; PENDLAB_CACHE names another folder.
+
+    No shared temporary folder: what another user could write must not be run.
+    """
+    named = _named("PENDLAB_CACHE")
+    if named is not None:
+        yield named
+    for base in (os.environ.get("LOCALAPPDATA"), os.environ.get("XDG_CACHE_HOME")):
+        if base and Path(base).is_absolute():
+            yield Path(base) / "pendlab"
+            return
+    with suppress(RuntimeError):  # no home folder
+        yield Path.home() / ".cache" / "pendlab"
+
+
+def _named(variable):
+    """The folder that an environment variable names, or None."""
+    text = os.environ.get(variable, "").strip()
+    try:
+        return Path(text).expanduser().absolute() if text else None
+    except RuntimeError:  # ~ of somebody who has no home
+        return None
+
+
+def keep(name, write):
+    """Path of the module `name` with the text `write()`; None where no folder can be written.
+
+    What is damaged is written anew. Where nothing compiled lies in the folder, it is copied from the
+    seed folder of PENDLAB_SEED, or from a cache folder that can only be read.
+    """
+    for folder in cache_folders():
+        path = folder / f"{name}.py"
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
+            if not (intact(path) and _compiled(folder, name)):
+                _copy_seed(name, folder)
+            if not intact(path):
+                text = write()
+                _put(path, lambda draft, text=text: draft.write_text(sealed(text), "utf-8"))
+            return path
+        except OSError:
+            continue
+    return None
+
+
+def sealed(text):
+    """The text with a last line that tells whether it is whole."""
+    return f"{text}\n{SEAL}{hashlib.sha256(text.encode()).hexdigest()}\n"
+
+
+def intact(path):
+    """Is the source there, and whole?"""
+    try:
+        text = path.read_bytes().decode("utf-8", "replace").replace("\r\n", "\n")
+    except FileNotFoundError:
+        return False
+    body, _, _ = text.rpartition(f"\n{SEAL}")
+    return text == sealed(body)
+
+
+def _compiled(folder, name="*"):
+    """Compiled files for this Python, data before the index that names them."""
+    inside = folder / "__pycache__"
+    return [*inside.glob(f"{name}.*.{TAG}.*.nbc"), *inside.glob(f"{name}.*.{TAG}.nbi")]
+
+
+def _copy_seed(name, folder):
+    for seed in (_named("PENDLAB_SEED"), *cache_folders()):
+        if seed is None or seed == folder:
+            continue
+        with suppress(OSError):
+            source, compiled = seed / f"{name}.py", _compiled(seed, name)
+            if intact(source) and compiled:
+                (folder / "__pycache__").mkdir(exist_ok=True)
+                for file in (source, *compiled):  # with their times, by which numba knows them
+                    target = folder / file.relative_to(seed)
+                    _put(target, lambda draft, file=file: shutil.copy2(file, draft))
+                return
+
+
+def _put(path, fill):
+    """Two sessions at once never see half a file, and a full disk leaves none."""
+    handle, draft = tempfile.mkstemp(dir=path.parent, suffix=".draft")
+    os.close(handle)
+    try:
+        fill(Path(draft))
+        os.replace(draft, path)
+    except BaseException:
+        with suppress(OSError):
+            os.unlink(draft)
+        raise
+
+
+def cache_findings():
+    """What the cache of compiled code looks like: a list of (well, what was found, what to do).
+
+    Examples
+    --------
+    >>> from pendlab.bench.cache import cache_findings
+    >>> all(isinstance(well, bool) for well, found, advice in cache_findings())
+    True
+    """
+    findings = []
+    for folder in cache_folders():
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=folder).close()
+        except OSError as problem:
+            reason = problem.strerror or type(problem).__name__
+            findings.append(
+                (False, f"{folder} cannot be written ({reason})",
+                 "free some space or mend its rights, or set PENDLAB_CACHE to a folder of yours.")
+            )  # fmt: skip
+            continue
+        damaged = sorted(file.name for file in _files(folder) if _damaged(file))
+        kernels = len(list(folder.glob("kernel_*.py")))
+        if damaged:
+            findings.append(
+                (False, f"{folder}: {len(damaged)} damaged, among them {damaged[0]}",
+                 "nothing: they are made anew when they are needed; or delete that folder.")
+            )  # fmt: skip
+        else:
+            findings.append((True, f"{folder}: {kernels} kernels, none damaged", ""))
+        return findings
+    advice = "each session compiles anew (some seconds); set PENDLAB_CACHE to a folder of yours."
+    return [*findings, (False, "no folder of yours can be written", advice)]
+
+
+def _files(folder):
+    return [*folder.glob("kernel_*.py"), *_compiled(folder)]
+
+
+def _damaged(file):
+    """Source without its seal, or a pickle without its end."""
+    try:
+        if file.suffix == ".py":
+            return not intact(file)
+        return file.read_bytes()[-1:] != b"."
+    except OSError:
+        return True
