@@ -83,8 +83,13 @@ def show(fig):
 
     caption = getattr(fig, "caption", "")
     alt = getattr(fig, "alt", "")
-    bundle = {"image/png": style.png(fig), "text/plain": caption}
-    display(bundle, raw=True, metadata={"image/png": {"alt": alt}})
+    picture = style.small_png(fig)
+    bundle = {
+        "text/html": style.image_html(picture, alt or caption),
+        "image/png": picture,
+        "text/plain": caption,
+    }
+    display(bundle, raw=True)
     words = re.sub(r"^(Fig \d+\.)", r"**\1**", caption)
     folded = f"<details><summary>Description</summary>{html.escape(alt)}</details>" if alt else ""
     if words or folded:

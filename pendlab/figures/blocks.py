@@ -57,6 +57,19 @@ def _note(ax, x, y, text, **more):
     ax.text(x, y, text, **{"ha": "center", "va": "center", "zorder": 5, **more})
 
 
+def chain(ax, left, right, y, signal, blocks):
+    """Blocks in a row at height y: `signal` enters the first, each names the signal behind it."""
+    gap = 0.75
+    pitch = (right - left - gap) / len(blocks)
+    _path(ax, (left, y), (left + gap, y))
+    _note(ax, left + gap / 2, y + 0.14, signal)
+    for k, (text, after) in enumerate(blocks):
+        end = left + gap + (k + 1) * pitch
+        _box(ax, end - (pitch + gap) / 2, y, text, width=pitch - gap, height=0.52)
+        _path(ax, (end - gap, y), (end, y))
+        _note(ax, end - gap / 2, y + 0.14, after)
+
+
 def _sum(ax, x, y, signs):
     """A summing point; signs maps an offset (dx, dy) to its sign."""
     ax.add_patch(Circle((x, y), 0.12, facecolor="white", edgecolor=INK, linewidth=1.4, zorder=3))

@@ -1,12 +1,12 @@
 """The pendulum that moves: its geometry, a small drawing to update, and an animation in SVG."""
 
-from html import escape
+from html import escape, unescape
 
 import numpy as np
 
 from .._arguments import array, found, number
 from ..parameters import Pendulum
-from .style import COLORS, angle_name, look, styled
+from .style import COLORS, angle_name, image_html, look, styled
 
 FPS = 25  # frames per second of an animation as it is played
 
@@ -175,7 +175,52 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
         _moving_hinge(points[:, i], "black" if 1 <= i <= rig.n_motors else "white", moving)
         for i in range(n)
     )
-    return head + floor + links + hinges + _time_bar(width, height, ends, moving) + "</svg>"
+    bar = _time_bar(width, height, ends, moving)
+    return f"{head}{STILL}{_positions(points)}{floor}<g class='m'>{links}{hinges}{bar}</g></svg>"
+
+
+# Of the two drawings one is shown: the moving one, or positions that stand still.
+STILL = (
+    "<style>.s{display:none}@media (prefers-reduced-motion: reduce)"
+    "{.s{display:inline}.m{display:none}}</style>"
+)
+
+
+def _positions(points, count=6):
+    """The links at `count` times, later ones darker."""
+    some = points[np.linspace(0, len(points) - 1, count).round().astype(int)]
+    drawn = "".join(
+        f'<polyline points="{x0:.1f},{y0:.1f} {x1:.1f},{y1:.1f}" stroke="{link_color(i + 1)}" '
+        f'opacity="{(k + 1) / count:.2f}"/>'
+        for k, pose in enumerate(some)
+        for i, ((x0, y0), (x1, y1)) in enumerate(zip(pose[:-1], pose[1:]))
+    )
+    return f"<g class='s' fill='none' stroke-width='5' stroke-linecap='round'>{drawn}</g>"
+
+
+def animation(rig, t, angles, caption=None, **options):
+    """`animate_svg` as something to display in a notebook: a picture that moves, and may be closed.
+
+    The picture is an ``<img>``: it moves in a notebook that is not trusted, in exports and without a
+    kernel. Closing it by its heading stops it; whoever asks the system for reduced motion sees the
+    fall or swing as positions that stand still.
+
+    Parameters
+    ----------
+    rig, t, angles, options : as for `animate_svg`
+    caption : the heading above it; its title by default
+    """
+    from IPython.display import HTML
+
+    svg = animate_svg(rig, t, angles, **options)
+    title, about = (
+        unescape(svg.split(f"<{part}>")[1].split(f"</{part}>")[0]) for part in ("title", "desc")
+    )
+    picture = image_html(svg.encode(), f"{title}. {about}", "image/svg+xml")
+    return HTML(
+        f"<details open><summary>{escape(caption or title)} (moving; close to stop it)</summary>"
+        f"{picture}</details>"
+    )
 
 
 BAR = 34  # px kept below the drawing for the time

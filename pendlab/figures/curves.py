@@ -1,0 +1,112 @@
+"""Curves side by side: what a notebook or a homework draws with, in one call."""
+
+import numpy as np
+
+from .._arguments import array, found
+from .style import COLORS, LINES, describe, look, new_figure, styled
+
+# For curves that are no signal of the rig, in this order.
+PENS = [
+    dict(color=COLORS[color], linestyle=stroke)
+    for color, stroke in (
+        ("black", "-"),
+        ("vermillion", "--"),
+        ("blue", ":"),
+        ("green", "-."),
+        ("orange", "-"),
+        ("sky", "--"),
+        ("purple", ":"),
+    )
+]
+
+
+@styled()
+def lines(
+    panels, x_label, caption="", alt="", *, log="", width=9.0, height=3.4, sharey=False, frame=None
+):
+    """Curves in panels side by side, as a figure for ``pl.show`` that can still be changed.
+
+    Parameters
+    ----------
+    panels : dict, label of the y axis -> dict of curves, label -> (x, y) or (x, y, look). A `look`
+        is a dict for ``ax.plot``, such as ``pl.look("theta1")``; a curve whose label is the name of
+        a signal ("theta1", "u1", "reference", ...) wears its look without being told. `y` of shape
+        (N, k) is one curve in k pieces
+    x_label : of the x axis; one for all panels or a list of one for each
+    caption, alt : what the figure claims, and what it shows to readers who do not see it
+    log : the axes that are logarithmic, "x", "y" or "xy"
+    width, height : of the figure, inches
+    sharey : whether all panels have the same y axis
+    frame : ((left, right), (bottom, top)) of every panel; None for an end that follows the curves
+
+    Returns
+    -------
+    CaptionedFigure : ``fig.axes[0].set(...)`` and the rest of matplotlib change it further
+
+    Raises
+    ------
+    TypeError, ValueError : panels or curves that are not laid out like that, with what was found
+
+    >>> t = np.linspace(0, 1, 50)
+    >>> fig = lines({"angle, rad": {"theta1": (t, t**2)}}, "time, s", "A parabola.")
+    >>> fig.axes[0].get_xlabel(), fig.caption
+    ('time, s', 'A parabola.')
+    """
+    panels = {label: _curves(label, curves) for label, curves in _dict("panels", panels).items()}
+    x_labels = [x_label] * len(panels) if isinstance(x_label, str) else list(x_label)
+    if len(x_labels) != len(panels):
+        raise ValueError(
+            f"x_label: expected one text or one for each of {len(panels)} panels, {found(x_label)}."
+        )
+    if log not in ("", "x", "y", "xy"):
+        raise ValueError(f'log: expected "", "x", "y" or "xy", {found(log)}.')
+    fig = new_figure(width, height)
+    axes = fig.subplots(1, len(panels), sharey=sharey, squeeze=False)[0]
+    for ax, x_label, (y_label, curves) in zip(axes, x_labels, panels.items(), strict=True):
+        for k, curve in enumerate(curves):
+            _draw(ax, *curve, PENS[k % len(PENS)])
+        ax.set(xlabel=x_label, ylabel="" if sharey and ax is not axes[0] else y_label)
+        ax.set(**{f"{axis}scale": "log" for axis in log})
+        if frame is not None:
+            ax.set(xlim=frame[0], ylim=frame[1])
+        if len(curves) > 1:
+            ax.legend()
+    return describe(fig, caption, alt)
+
+
+def _draw(ax, label, x, y, given, pen):
+    known = LINES.get(label)
+    style = {**(known or {"label": label, **pen, "linewidth": 2}), **given}
+    if known is None:
+        style["label"] = label
+    pieces = ax.plot(x, y, **style)
+    for piece in pieces[1:]:
+        piece.set(color=pieces[0].get_color(), label="_")
+
+
+def _curves(panel, curves):
+    """(label, x, y, look) of each curve of a panel, checked."""
+    checked = []
+    for label, curve in _dict(f"panels[{panel!r}]", curves).items():
+        name = f"panels[{panel!r}][{label!r}]"
+        if not isinstance(curve, (tuple, list)) or len(curve) not in (2, 3):
+            raise TypeError(f"{name}: expected (x, y) or (x, y, look), {found(curve)}.")
+        x, y, given = (*curve, {})[:3]
+        if not isinstance(given, dict):
+            raise TypeError(f'{name}: expected a look as pl.look("theta1") gives, {found(given)}.')
+        x, y = (np.ma.filled(np.ma.asarray(part, dtype=float), np.nan) for part in (x, y))
+        if len(np.atleast_1d(x)) != len(np.atleast_1d(y)):
+            raise ValueError(
+                f"{name}: expected x and y of one length, found {np.shape(x)} and {np.shape(y)}."
+            )
+        checked.append((label, np.atleast_1d(x), np.atleast_1d(y), given))
+    return checked
+
+
+def _dict(name, value):
+    if not isinstance(value, dict) or not value:
+        raise TypeError(
+            f'{name}: expected a dict such as {{"angle, rad": {{"theta1": (t, angle)}}}}, '
+            f"{found(value)}."
+        )
+    return value
