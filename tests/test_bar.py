@@ -28,7 +28,8 @@ def test_no_bars_change_nothing(study):
 
 def test_one_bar_marks_its_own_curve_and_level(study):
     fig = bars(study)
-    moved = fig.update_bars([0.0, 0.03])
+    fig.update([0.0, 0.03])
+    moved = fig.moving
     for panel in range(len(PANELS)):
         level, low, up = moved[3 * panel : 3 * panel + 3]
         assert len(low.get_xdata()) == 0
@@ -39,7 +40,7 @@ def test_one_bar_marks_its_own_curve_and_level(study):
 def test_update_only_changes_data(study):
     fig = bars(study)
     before = [len(ax.get_children()) for ax in fig.axes]
-    fig.update_bars([0.1, 0.2])
+    fig.update([0.1, 0.2])
     assert [len(ax.get_children()) for ax in fig.axes] == before
 
 

@@ -14,7 +14,7 @@ import pendlab as pl
 from pendlab.figures import loops
 from pendlab.figures.frequency import HZ, decibels, draw_nyquist, frequencies, nyquist, sigma_min
 from pendlab.figures.rootlocus import draw_root_locus, root_locus
-from pendlab.figures.style import CaptionedFigure, look, new_figure, png
+from pendlab.figures.style import CaptionedFigure, image_html, look, new_figure, png, small_png
 from pendlab.figures.turns import full_nyquist
 from pendlab.loop import (
     broken_at,
@@ -388,8 +388,8 @@ def test_show_gives_picture_caption_and_folded_description(monkeypatch):
     fig = pl.figure(14)
     assert pl.show(fig) is None
     (bundle, more), (words, _) = shown
-    assert bundle["image/png"] == png(fig) and bundle["text/plain"] == fig.caption
-    assert more["metadata"]["image/png"]["alt"] == fig.alt
+    assert bundle["image/png"] == small_png(fig) and bundle["text/plain"] == fig.caption
+    assert bundle["text/html"] == image_html(small_png(fig), fig.alt) and more["raw"]
     assert words.data.startswith("**Fig 14.** ") and "<summary>Description</summary>" in words.data
 
 

@@ -1,10 +1,13 @@
 """What nbval cannot see: stripped, unordered, silenced or erroneous notebooks, and their making."""
 
+import ast
 import re
 
 import nbformat
 import pytest
 from refresh_notebooks import ROOT, notebooks, settle
+
+import pendlab as pl
 
 NOTEBOOKS = {path.relative_to(ROOT).as_posix(): path for path in notebooks()}
 FEWEST_CHECKED_OUTPUTS = 8
@@ -107,3 +110,53 @@ def test_settling_leaves_nothing_volatile():
     assert "widgets" not in notebook.metadata
     assert notebook.metadata.language_info == {"name": "python"}
     assert notebook.cells[0].execution_count == 1
+
+
+# What a notebook is written with
+
+# Beside ``pl`` itself: the rounds of the contest, which homework 9 plays by hand.
+DOCUMENTED = {"pendlab", "pendlab.classroom.contest"}
+LONGEST = 20
+# Here the code is the lesson.
+MAY_BE_LONG = {"03-S-double", "05-own-step"}
+
+
+def test_notebooks_use_the_public_package_alone(notebook):
+    """No module behind ``pl``, and no name in it that its contents do not list."""
+    for cell in code_cells(notebook):
+        for node in ast.walk(ast.parse(cell.source)):
+            if isinstance(node, ast.ImportFrom) and str(node.module).startswith("pendlab"):
+                assert node.module in DOCUMENTED, f"{cell.id} imports from {node.module}"
+            if isinstance(node, ast.Import):
+                ours = {name.name for name in node.names if name.name.startswith("pendlab")}
+                assert ours <= DOCUMENTED, f"{cell.id} imports {ours}"
+            if isinstance(node, ast.Attribute) and getattr(node.value, "id", "") == "pl":
+                assert node.attr in pl.__all__, f"{cell.id} uses pl.{node.attr}"
+
+
+def code_lines(source):
+    """Lines of code that are not empty; text over several lines, such as a data file, counts once."""
+    lines = {number for number, line in enumerate(source.splitlines(), 1) if line.strip()}
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, (ast.Constant, ast.JoinedStr)) and node.end_lineno > node.lineno:
+            lines -= set(range(node.lineno + 1, node.end_lineno + 1))
+    return len(lines)
+
+
+def test_no_visible_cell_is_long(notebook):
+    for cell in code_cells(notebook):
+        folded = cell.metadata.get("jupyter", {}).get("source_hidden")
+        if not folded and cell.id not in MAY_BE_LONG:
+            assert code_lines(cell.source) <= LONGEST, f"{cell.id} has {code_lines(cell.source)}"
+
+
+def test_folded_cells_draw_or_solve_and_are_not_long_either(notebook):
+    """What is folded is the drawing of one figure or the answer to an exercise."""
+    for cell in code_cells(notebook):
+        if cell.metadata.get("jupyter", {}).get("source_hidden"):
+            assert set(cell.metadata.get("tags", [])) & {"folded", "solution"}, cell.id
+            assert code_lines(cell.source) <= LONGEST, f"{cell.id} has {code_lines(cell.source)}"
+
+
+def test_lines_of_code_are_counted():
+    assert code_lines('a = 1\n\nb = """\ntext\nmore\n"""\nc = 2') == 3

@@ -1,12 +1,17 @@
 """Drawn figures: they show the rig's numbers, and the pendulum stands where its geometry says."""
 
+import base64
 import dataclasses
+import io
 import xml.etree.ElementTree as ET
 
 import matplotlib
 import numpy as np
 import pytest
+from matplotlib import rc_context, rcParams
+from matplotlib.image import imread
 
+import pendlab as pl
 from pendlab.figures import schematics
 from pendlab.figures.moving import BAR, joints
 from pendlab.figures.style import (
@@ -19,6 +24,7 @@ from pendlab.figures.style import (
     new_figure,
     png,
     save,
+    small_png,
     styled,
 )
 from pendlab.parameters import Pendulum, load
@@ -160,7 +166,7 @@ def test_animation_is_xml_and_ends_at_the_last_sample(name):
     assert root.get("role") == "img"
     assert root.find(f"{SVG}title").text == "a < b & c"
     assert "3 s" in root.find(f"{SVG}desc").text
-    links = root.findall(f"{SVG}polyline")
+    links = root.findall(f"{SVG}g[@class='m']/{SVG}polyline")
     assert len(links) == rig.n_links
     frames = [link.find(f"{SVG}animate").get("values").split(";") for link in links]
     assert {len(values) for values in frames} == {76}  # 3 s at 25 frames a second, and the first
@@ -183,7 +189,7 @@ def test_animation_is_deterministic_small_and_keeps_to_its_frame():
     assert text == schematics.animate_svg(rig, t.copy(), angles.copy(), width=300, height=200)
     assert len(text) < 20_000
     assert "http" not in text.replace("http://www.w3.org/2000/svg", "") and "script" not in text
-    for link in ET.fromstring(text).iter(f"{SVG}polyline"):
+    for link in ET.fromstring(text).findall(f"{SVG}g[@class='m']/{SVG}polyline"):
         for frame in link.find(f"{SVG}animate").get("values").split(";"):
             for x, y in (map(float, pair.split(",")) for pair in frame.split()):
                 assert 0 < x < 300 and 0 < y < 200 - BAR
@@ -247,7 +253,39 @@ def test_words_of_a_figure_go_with_its_picture(tmp_path):
     fig.add_subplot().plot([0, 1])
     freeze_layout(fig)
     bundle = fig._repr_mimebundle_()
-    assert bundle["text/plain"] == "A claim here." and bundle["image/png"] == png(fig)
+    assert bundle["text/plain"] == "A claim here." and bundle["image/png"] == small_png(fig)
+    assert bundle["text/html"].startswith(
+        '<img alt="Shows &quot;x&quot; &lt; y." src="data:image/png;'
+    )
     for suffix in ("svg", "png"):
         first, second = (save(fig, tmp_path / f"{i}.{suffix}") for i in "ab")
         assert first.read_bytes() == second.read_bytes()
+
+
+def test_small_picture_shows_the_same_with_fewer_bytes():
+    fig = pl.figure(11)
+    whole, small = png(fig), small_png(fig)
+    pixels, palette = (
+        np.round(255 * imread(io.BytesIO(part))[:, :, :3]) for part in (whole, small)
+    )
+    assert len(small) < 0.45 * len(whole)
+    assert np.mean(np.abs(pixels - palette).max(axis=2) > 16) < 0.001
+    assert small_png(fig) == small  # equal figures give equal bytes
+
+
+def test_settings_of_the_user_change_no_figure():
+    before = png(pl.lines({"y": {"theta1": ([0, 1], [0, 1])}}, "x"))
+    with rc_context({"font.size": 30, "axes.grid": False, "lines.linewidth": 9, "xtick.top": True}):
+        assert png(pl.lines({"y": {"theta1": ([0, 1], [0, 1])}}, "x")) == before
+        assert rcParams["font.size"] == 30  # and figures change none of theirs
+
+
+def test_animation_has_words_and_stands_still_when_asked():
+    rig = load("double")
+    page = pl.animation(rig, *run_of(rig), title="a < b").data
+    assert page.startswith("<details open><summary>a &lt; b") and 'alt="a &lt; b. Moving' in page
+    svg = base64.b64decode(page.split("svg+xml;base64,")[1].split('"')[0]).decode()
+    root = ET.fromstring(svg)
+    still = root.find(f"{SVG}g[@class='s']")
+    assert len(still) == 6 * rig.n_links and not list(still.iter(f"{SVG}animate"))
+    assert "prefers-reduced-motion" in root.find(f"{SVG}style").text

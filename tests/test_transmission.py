@@ -147,7 +147,7 @@ def test_bad_input():
 
 def test_figures_move_to_other_designs():
     first, second = {"a": PAPER["triple"]}, {"a": BOTH}
-    from pendlab.figures.transmission import gain_region_figure, transmission_figure
+    from pendlab.figures.disturbances import gain_region_figure, transmission_figure
 
     for make, options in (
         (transmission_figure, {"points": 40}),
@@ -163,7 +163,7 @@ def test_figures_move_to_other_designs():
 
 
 def test_gain_region_agrees_with_the_margins_of_one_input():
-    from pendlab.figures.transmission import largest_eigenvalue
+    from pendlab.figures.disturbances import largest_eigenvalue
 
     loop = PAPER["triple"].filtered_loop
     limit = pl.margins(pl.broken_at(loop, 1)).gain_up

@@ -11,15 +11,11 @@ import numpy as np
 from .._arguments import array
 from ..parameters import Pendulum
 from ..studies.controllability import ControllabilityMeasures, controllability_measures, with_bar
+from .live import live
 from .moving import check_rig, link_color
-from .style import COLORS, describe, new_figure, styled
+from .style import COLORS, new_figure, styled
 
-# What is drawn: title, and the factor by which the second rig is better than the first.
-PANELS = {
-    "singular-value ratio": lambda old, new: old.ratio / new.ratio,
-    "distance to uncontrollability": lambda old, new: new.distance / old.distance,
-    "tilt that can be caught": lambda old, new: new.tilt / old.tilt,
-}
+PANELS = ("singular-value ratio", "distance to uncontrollability", "tilt that can be caught")
 LIMITS = (0.08, 20.0)  # of the drawn factors
 
 
@@ -75,15 +71,22 @@ def bar_study(rig, inertias=None):
 
 
 def _factors(bare, measures):
-    return np.array([factor(bare, measures) for factor in PANELS.values()])
+    """By which factors the second rig is better than the first, in the order of `PANELS`."""
+    return np.array(
+        [
+            bare.ratio / measures.ratio,
+            measures.distance / bare.distance,
+            measures.tilt / bare.tilt,
+        ]
+    )
 
 
 @styled()
-def draw_bars(axes, study, added=None):
+def draw_bars(axes, study):
     """Three panels of factors over the added inertia, one curve for each link.
 
-    Returns ``update(added)`` for bars on all links at once (kg m^2 each): a dashed level shows what
-    they make of the rig, dots where each bar alone would be. It returns the moved artists.
+    Returns ``update((factors, added))`` for bars on all links at once (kg m^2 each): a dashed level
+    shows what they make of the rig, dots where each bar alone would be. It returns the moved artists.
     """
     n = study.rig.n_links
     moved = []
@@ -108,8 +111,8 @@ def draw_bars(axes, study, added=None):
         ]  # fmt: skip
     axes[0].set_ylabel("times better than without")
 
-    def update(added):
-        factors = study.of(added)
+    def update(data):
+        factors, added = data
         for panel in range(len(PANELS)):
             level, *dots = moved[panel * (n + 1) : (panel + 1) * (n + 1)]
             level.set_ydata(np.full(2, np.clip(factors[panel], *LIMITS) if any(added) else np.nan))
@@ -121,30 +124,38 @@ def draw_bars(axes, study, added=None):
                 dot.set_data(*([inertia], [value]) if on else ([], []))
         return moved
 
-    update(np.zeros(n) if added is None else added)
     return update
 
 
 @styled()
-def bars(study, added=None):
-    """The figure of a `BarStudy`, with bars of the inertias `added` marked."""
-    fig = new_figure(9.6, 4.0)
+def bars(study, added=None, width=9.6, height=4.0):
+    """The figure of a `BarStudy`, with bars of the inertias `added` marked; ``fig.update(added)``."""
+    fig = new_figure(width, height)
     axes = fig.subplots(1, 3, sharey=True)
-    fig.update_bars = draw_bars(axes, study, added)
-    handles, labels = axes[0].get_legend_handles_labels()
-    fig.legend(handles, labels, loc="outside lower center", ncols=len(labels))
     by_distance, by_tilt = study.best(1), study.best(2)
-    return describe(
-        fig,
-        f"The {study.rig.name} pendulum with a bar on one link: the distance gains most, "
-        f"{by_distance[2]:.1f} times, from a bar of {by_distance[1]:.2g} kg m² on link "
-        f"{by_distance[0]}; the tilt that can be caught gains most, {by_tilt[2]:.1f} times, from one of "
-        f"{by_tilt[1]:.2g} kg m² on link {by_tilt[0]}.",
-        f"Three panels with logarithmic axes over the added inertia from {study.inertias[0]:g} to "
-        f"{study.inertias[-1]:g} kg m^2, one curve for each link: by which factor the singular-value "
-        f"ratio, the distance to uncontrollability and the largest tilt that can be caught improve. "
-        f"Above 1 is better than without a bar.",
-    )
+
+    def compute(added):
+        return study.of(added), array("added", added, (study.rig.n_links,))
+
+    def draw(data):
+        move = draw_bars(axes, study)
+        handles, labels = axes[0].get_legend_handles_labels()
+        fig.legend(handles, labels, loc="outside lower center", ncols=len(labels))
+        return [move]
+
+    def say(data, added):
+        return (
+            f"The {study.rig.name} pendulum with a bar on one link: the distance gains most, "
+            f"{by_distance[2]:.1f} times, from a bar of {by_distance[1]:.2g} kg m² on link "
+            f"{by_distance[0]}; the tilt that can be caught gains most, {by_tilt[2]:.1f} times, from "
+            f"one of {by_tilt[1]:.2g} kg m² on link {by_tilt[0]}.",
+            f"Three panels with logarithmic axes over the added inertia from {study.inertias[0]:g} to "
+            f"{study.inertias[-1]:g} kg m^2, one curve for each link: by which factor the "
+            f"singular-value ratio, the distance to uncontrollability and the largest tilt that can be "
+            f"caught improve. Above 1 is better than without a bar.",
+        )
+
+    return live(fig, draw, compute, say, np.zeros(study.rig.n_links) if added is None else added)
 
 
 def in_words(study, added):

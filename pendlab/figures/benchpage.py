@@ -2,8 +2,9 @@
 
 import numpy as np
 
+from .live import live
 from .outcomes import run_in_words
-from .style import describe, look, new_figure, styled
+from .style import look, new_figure, styled
 from .traces import draw_traces, signals
 
 STEPS = (1, 2, 5)  # frames end at these times a power of ten, so that they seldom change
@@ -21,33 +22,47 @@ def bench_page(run, window):
     if len(panels) == 3:
         axes.pop().remove()
         axes[2].set_subplotspec(grid[1, :])
-    moves = [draw_traces(ax, run, panel, window) for ax, panel in zip(axes, panels)]
-    axes[0].get_legend().remove()
-    (wanted,) = axes[0].plot([], [], **look("reference"))
+
+    def compute(run, window):
+        return run, window
+
+    def draw(data):
+        moves = [draw_traces(ax, run, panel, window) for ax, panel in zip(axes, panels)]
+        axes[0].get_legend().remove()
+        (wanted,) = axes[0].plot([], [], **look("reference"))
+        _tidy(fig, axes)
+
+        def update(data):
+            run, window = data
+            wanted.set_data(run.t, run.y_ref[:, 0])
+            moved = [wanted]
+            for ax, panel, move in zip(axes, panels, moves):
+                moved += move(run)
+                ax.set(xlim=window, ylim=frame(signals(run)[panel].values(), run.t, window))
+            return moved
+
+        return [update]
+
+    def say(data, run, window):
+        words = run_in_words(run, window[0])
+        return words, f"Angles, rate and voltages over time. {words}"
+
+    return live(fig, draw, compute, say, run, window)
+
+
+def _tidy(fig, axes):
+    """Names of the axes as titles, time below the lowest, one legend."""
     for ax in axes:
         ax.set_title(ax.get_ylabel(), fontsize=10, loc="left")
         ax.set_ylabel("")
         ax.tick_params(labelsize=9)
-    for ax in axes[-2 if len(panels) == 4 else -1 :]:
+    for ax in axes[-2 if len(axes) == 4 else -1 :]:
         ax.set_xlabel("time, s", fontsize=10)
     for ax in axes[:2]:
         ax.set_xlabel("")
     fig.legend(
         *axes[0].get_legend_handles_labels(), loc="lower center", borderpad=0, ncols=6, fontsize=9
     )
-
-    def update(run, window):
-        moved = [wanted]
-        wanted.set_data(run.t, run.y_ref[:, 0])
-        for ax, panel, move in zip(axes, panels, moves):
-            moved += move(run)
-            ax.set(xlim=window, ylim=frame(signals(run)[panel].values(), run.t, window))
-        fig.moving = tuple(moved)
-        words = run_in_words(run, window[0])
-        return describe(fig, words, f"Angles, rate and voltages over time. {words}")
-
-    fig.update = update
-    return update(run, window)
 
 
 def frame(traces, t, window):

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .._arguments import array, found
-from .style import COLORS, LINES, describe, look, new_figure, styled
+from .._arguments import found
+from .style import COLORS, LINES, describe, new_figure, styled
 
 # For curves that are no signal of the rig, in this order.
 PENS = [
@@ -60,6 +60,8 @@ def lines(
         )
     if log not in ("", "x", "y", "xy"):
         raise ValueError(f'log: expected "", "x", "y" or "xy", {found(log)}.')
+    if frame is not None:
+        frame = _frame(frame)
     fig = new_figure(width, height)
     axes = fig.subplots(1, len(panels), sharey=sharey, squeeze=False)[0]
     for ax, x_label, (y_label, curves) in zip(axes, x_labels, panels.items(), strict=True):
@@ -72,6 +74,16 @@ def lines(
         if len(curves) > 1:
             ax.legend()
     return describe(fig, caption, alt)
+
+
+def _frame(frame):
+    try:
+        (left, right), (bottom, top) = frame
+    except (TypeError, ValueError):
+        raise ValueError(
+            f"frame: expected ((left, right), (bottom, top)) with None for a free end, {found(frame)}."
+        ) from None
+    return (left, right), (bottom, top)
 
 
 def _draw(ax, label, x, y, given, pen):
@@ -94,7 +106,10 @@ def _curves(panel, curves):
         x, y, given = (*curve, {})[:3]
         if not isinstance(given, dict):
             raise TypeError(f'{name}: expected a look as pl.look("theta1") gives, {found(given)}.')
-        x, y = (np.ma.filled(np.ma.asarray(part, dtype=float), np.nan) for part in (x, y))
+        try:
+            x, y = (np.ma.filled(np.ma.asarray(part, dtype=float), np.nan) for part in (x, y))
+        except (TypeError, ValueError):
+            raise TypeError(f"{name}: expected numbers, {found(curve)}.") from None
         if len(np.atleast_1d(x)) != len(np.atleast_1d(y)):
             raise ValueError(
                 f"{name}: expected x and y of one length, found {np.shape(x)} and {np.shape(y)}."

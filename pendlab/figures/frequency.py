@@ -85,7 +85,10 @@ def _lowest(function, omega, values):
 
 def _negative_real(loop, omega, curve):
     """Where det(I + L) meets the negative real axis next to 0, rad/s."""
-    imag = lambda w: _curve(loop, [w])[0].imag  # noqa: E731
+
+    def imag(omega):
+        return _curve(loop, [omega])[0].imag
+
     change = np.flatnonzero((curve.imag[:-1] * curve.imag[1:] < 0) & (curve.real[:-1] < 0))
     if not len(change):
         return np.nan

@@ -1,5 +1,7 @@
 """Drawings that go with the words of a notebook: a body on its legs, a fall, modes, block chains."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from .._arguments import array, found, number, whole
@@ -135,5 +137,5 @@ def block_chains(rows, caption="", alt=""):
 
 def _draw_links(ax, points, **line):
     """Links between points (n+1, 2), each in the colour of its angle."""
-    for i, ends in enumerate(zip(points[:-1], points[1:], strict=True), 1):
+    for i, ends in enumerate(pairwise(points), 1):
         ax.plot(*zip(*ends), color=link_color(i), solid_capstyle="round", **line)

@@ -4,6 +4,8 @@ Every function returns a `CaptionedFigure` with ``fig.update(design)``, which re
 caption and description for another design and only changes the artists' data.
 """
 
+from operator import attrgetter
+
 import numpy as np
 
 from .._arguments import found
@@ -12,8 +14,9 @@ from ..paper.designs import paper_design
 from ..paper.ledger import published
 from . import words
 from .frequency import draw_nyquist, draw_sigma_min, nyquist, sigma_min
+from .live import live
 from .rootlocus import draw_root_locus, root_locus
-from .style import describe, freeze_layout, look, new_figure, styled
+from .style import look, new_figure, styled
 from .turns import draw_contour, draw_turns, full_nyquist
 
 __all__ = ["fig6", "fig7", "fig8", "fig10", "fig11", "fig12", "fig13", "fig14", "turns_figure"]
@@ -34,22 +37,28 @@ def fig6(design=None, kps=None):
     kps = np.linspace(*published("fig6.k_p_range").values, 201) if kps is None else kps
     frame = published("fig6.frame").values
     fig = new_figure(7, 4.6)
-    draw = lambda data: draw_root_locus(fig.subplots(), data, frame)  # noqa: E731
-    return _live(fig, draw, lambda d: root_locus(d.model, kps, d.kp), words.words6, design)
+
+    def draw(data):
+        return [draw_root_locus(fig.subplots(), data, frame)]
+
+    def compute(design):
+        return root_locus(design.model, kps, design.kp)
+
+    return live(fig, draw, compute, words.words6, design)
 
 
 @styled()
 def fig7(design=None):
     """Fig 7: the full Nyquist curve of F (zI - A)^-1 B, turns counted."""
     design = _given(design, "double")
-    return _turns(design, lambda d: d.state_feedback_loop, "Fig 7. F (zI - A)^-1 B")
+    return _turns(design, attrgetter("state_feedback_loop"), "Fig 7. F (zI - A)^-1 B")
 
 
 @styled()
 def fig13(design=None):
     """Fig 13: the full curve of det(I + P G), turns counted."""
-    design = _several(_given(design, "triple"), 13)
-    return _turns(design, lambda d: d.nominal_loop, "Fig 13. det(I + P G)")
+    design = _two_motors(_given(design, "triple"), 13)
+    return _turns(design, attrgetter("nominal_loop"), "Fig 13. det(I + P G)")
 
 
 @styled()
@@ -58,7 +67,7 @@ def turns_figure(loop, name="The loop"):
 
     The figure's ``update`` takes another loop; `name` begins the caption.
     """
-    return _turns(loop, lambda loop: loop, name)
+    return _turns(loop, _itself, name)
 
 
 def _turns(subject, loop_of, name):
@@ -66,11 +75,15 @@ def _turns(subject, loop_of, name):
     left, right = (fig.add_axes((x / 9, 1.3 / 5.95, 4.3 / 9, 4.3 / 5.95)) for x in (0.1, 4.6))
 
     def draw(data):
-        updates = draw_contour(left, data), draw_turns(right, data)
-        return lambda data: [update(data) for update in updates]
+        return [draw_contour(left, data), draw_turns(right, data)]
 
-    say = lambda data, _: words.words_turns(data, name)  # noqa: E731
-    return _live(fig, draw, lambda s: full_nyquist(loop_of(s)), say, subject)
+    def compute(subject):
+        return full_nyquist(loop_of(subject))
+
+    def say(data, _):
+        return words.words_turns(data, name)
+
+    return live(fig, draw, compute, say, subject)
 
 
 @styled()
@@ -100,51 +113,40 @@ def fig8(design=None, other=None):
 @styled()
 def fig10(design=None):
     """Fig 10: rd1 - 1, equation (33), the loop broken at input 1, without and with filters."""
-    design = _several(_given(design, "triple"), 10)
-    return _pair("10", design, lambda d, filters: d.loop(0, filters), words.words10)
+    design = _two_motors(_given(design, "triple"), 10)
+    return _with_and_without("10", design, _broken_at_1, words.words10)
 
 
 @styled()
 def fig11(design=None):
     """Fig 11: rd2 - 1, equation (34), the loop broken at input 2, without and with filters."""
-    design = _several(_given(design, "triple"), 11)
-    return _pair("11", design, lambda d, filters: d.loop(1, filters), words.words11, ZOOM)
+    design = _two_motors(_given(design, "triple"), 11)
+    return _with_and_without("11", design, _broken_at_2, words.words11, ZOOM)
 
 
 @styled()
 def fig12(design=None):
     """Fig 12: det(I + P G), both loops broken, without and with filters."""
-    design = _several(_given(design, "triple"), 12)
-    loop = lambda d, filters: d.filtered_loop if filters else d.nominal_loop  # noqa: E731
-    return _pair("12", design, loop, words.words12)
+    design = _two_motors(_given(design, "triple"), 12)
+    return _with_and_without("12", design, _whole, words.words12)
 
 
 @styled()
 def fig14(design=None):
     """Fig 14: smallest singular value of I + P G in dB over Hz, without and with filters."""
-    design = _several(_given(design, "triple"), 14)
+    design = _two_motors(_given(design, "triple"), 14)
     fig, frame = new_figure(7, 4.2), published("fig14.frame").values
-    draw = lambda data: draw_sigma_min(fig.subplots(), data, _two_looks(), frame)  # noqa: E731
-    compute = lambda d: [sigma_min(loop) for loop in (d.nominal_loop, d.filtered_loop)]  # noqa: E731
-    return _live(fig, draw, compute, words.words14, design)
+
+    def draw(data):
+        return [draw_sigma_min(fig.subplots(), data, _two_looks(), frame)]
+
+    def compute(design):
+        return [sigma_min(_whole(design, filters)) for filters in (False, True)]
+
+    return live(fig, draw, compute, words.words14, design)
 
 
 # What the figures share
-
-
-def _live(fig, draw, compute, say, *designs):
-    """Draw once, and give the figure its ``update(*designs)``."""
-    data = compute(*designs)
-    redraw = draw(data)
-    freeze_layout(fig)
-
-    def update(*designs, data=None):
-        data = compute(*designs) if data is None else data
-        redraw(data)
-        return describe(fig, *say(data, *designs))
-
-    fig.update = lambda *designs: update(*designs)
-    return update(*designs, data=data)
 
 
 def _near(number, compute, say, looks, paper, *designs, zoom=None):
@@ -157,28 +159,50 @@ def _near(number, compute, say, looks, paper, *designs, zoom=None):
     fig = new_figure(*size, layout=None)
     ax = fig.add_axes((0.8 / 7, below / size[1], inch * width / 7, inch * height / size[1]))
 
-    def draw(pair):
-        redraw = draw_nyquist(ax, pair[0], looks, frame, pair[1], zoom)
-        return lambda pair: redraw(*pair)
+    def draw(data):
+        redraw = draw_nyquist(ax, data[0], looks, frame, data[1], zoom)
 
-    return _live(
-        fig,
-        draw,
-        lambda *designs: (compute(*designs), paper(*designs)),
-        lambda pair, *designs: say(pair[0], *designs),
-        *designs,
-    )
+        def move(data):
+            redraw(*data)
+
+        return [move]
+
+    def both(*designs):
+        return compute(*designs), paper(*designs)
+
+    def speak(data, *designs):
+        return say(data[0], *designs)
+
+    return live(fig, draw, both, speak, *designs)
 
 
-def _pair(number, design, loop_of, say, zoom=None):
+def _with_and_without(number, design, loop_of, say, zoom=None):
     """Figs 10 to 12: one loop without and with filters."""
-    compute = lambda d: [nyquist(loop_of(d, filters)) for filters in (False, True)]  # noqa: E731
+
+    def compute(design):
+        return [nyquist(loop_of(design, filters)) for filters in (False, True)]
 
     def paper(design):
         known = words.is_papers(design, "triple")
         return _printed(number, ("nominal", "filters")) if known else None
 
     return _near(number, compute, say, _two_looks(), paper, design, zoom=zoom)
+
+
+def _itself(loop):
+    return loop
+
+
+def _broken_at_1(design, filters):
+    return design.loop(0, filters)
+
+
+def _broken_at_2(design, filters):
+    return design.loop(1, filters)
+
+
+def _whole(design, filters):
+    return design.filtered_loop if filters else design.nominal_loop
 
 
 def _two_looks():
@@ -204,7 +228,7 @@ def _given(design, name):
     return design
 
 
-def _several(design, number):
+def _two_motors(design, number):
     if design.rig.n_motors < 2:
         raise ValueError(
             f"design: Fig {number} takes a rig with two motors or more, found {design.rig.n_motors}; "

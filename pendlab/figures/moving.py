@@ -1,6 +1,7 @@
 """The pendulum that moves: its geometry, a small drawing to update, and an animation in SVG."""
 
 from html import escape, unescape
+from itertools import pairwise
 
 import numpy as np
 
@@ -193,7 +194,7 @@ def _positions(points, count=6):
         f'<polyline points="{x0:.1f},{y0:.1f} {x1:.1f},{y1:.1f}" stroke="{link_color(i + 1)}" '
         f'opacity="{(k + 1) / count:.2f}"/>'
         for k, pose in enumerate(some)
-        for i, ((x0, y0), (x1, y1)) in enumerate(zip(pose[:-1], pose[1:]))
+        for i, ((x0, y0), (x1, y1)) in enumerate(pairwise(pose))
     )
     return f"<g class='s' fill='none' stroke-width='5' stroke-linecap='round'>{drawn}</g>"
 

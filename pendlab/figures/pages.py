@@ -11,11 +11,17 @@ from ..loop import closed_loop_eigenvalues
 from ..paper.designs import paper_design
 from ..sampled import alignment_interval
 from .frequency import draw_loops, draw_sigma_min, nyquist, sigma_min
-from .gains import controller_gains, draw_gains
+from .live import live, part
 from .outcomes import gain_in_words, loops_in_words, rows_in_words, run_in_words, short
+from .response import (
+    controller_gains,
+    draw_gains,
+    draw_step,
+    step_response,
+    step_words,
+)
 from .rootlocus import draw_eigenvalues, draw_marked_locus, remarked, root_locus
-from .steps import draw_step, step_response, step_words
-from .style import describe, freeze_layout, look, new_figure, styled
+from .style import look, new_figure, styled
 from .traces import draw_traces
 
 PAGE = 9.1  # inch: sharp beside the file browser on a screen of 1366 px
@@ -40,19 +46,22 @@ def kp_page(design=None):
     design = paper_design("triple") if design is None else design
     locus = root_locus(design.model, np.linspace(0, 100, 401), design.kp)
     low, high = alignment_interval(design.model)
+    fig, (left, middle, right) = page(3)
 
     def compute(design):
-        return remarked(locus, design.model, design.kp), _pair(design, 1)
+        return remarked(locus, design.model, design.kp), loop_curves(design, 1)
 
-    fig, (left, middle, right) = _row(3)
-    data = compute(design)
-    moves = [
-        _on(draw_marked_locus(left, data[0], ((0.84, 1.08), (-0.6, 0.6))), 0),
-        _on(_draw_loop(middle, data[1], *TWO_LOOPS[1]), 1),
-        _on(_draw_loop(right, data[1], "the same near $-1$", (-1.25, -0.75), (-0.25, 0.25)), 1),
-    ]
-    left.set_title("eigenvalues with $k_p$ alone")
-    _legend(fig, left, middle)
+    def draw(data):
+        moves = [
+            part(draw_marked_locus(left, data[0], ((0.84, 1.08), (-0.6, 0.6))), 0),
+            part(_draw_loop(middle, data[1], *TWO_LOOPS[1]), 1),
+            part(
+                _draw_loop(right, data[1], "the same near $-1$", (-1.25, -0.75), (-0.25, 0.25)), 1
+            ),
+        ]
+        left.set_title("eigenvalues with $k_p$ alone")
+        legend_below(fig, left, middle)
+        return moves
 
     def say(data, design):
         locus, curves = data
@@ -64,27 +73,28 @@ def kp_page(design=None):
             "input 2, without and with filters.",
         )
 
-    return _live(fig, moves, compute, say, design, data)
+    return live(fig, draw, compute, say, design)
 
 
 @styled()
 def weights_page(design):
     """What Q and R make of a rig: every loop, eigenvalues, answer to a step."""
+    fig, (*near, plane, answer) = page(design.rig.n_motors + 2)
 
     def compute(design):
         eigenvalues = closed_loop_eigenvalues(design.filtered_loop)
-        return *_pairs(design), eigenvalues, step_response(design)
+        return *_each_loop(design), eigenvalues, step_response(design)
 
-    fig, (*near, plane, answer) = _row(design.rig.n_motors + 2)
-    data = compute(design)
-    moves = [
-        *_draw_each_loop(near, data),
-        _on(draw_eigenvalues(plane, data[-2], UNIT_DISK), -2),
-        _on(draw_step(answer, data[-1], (-2.0, 2.0)), -1),
-    ]
-    plane.set_title("eigenvalues, with filters")
-    answer.set_title("step in the reference")
-    _legend(fig, plane, near[0], answer)
+    def draw(data):
+        moves = [
+            *_draw_each_loop(near, data),
+            part(draw_eigenvalues(plane, data[-2], UNIT_DISK), -2),
+            part(draw_step(answer, data[-1], (-2.0, 2.0)), -1),
+        ]
+        plane.set_title("eigenvalues, with filters")
+        answer.set_title("step in the reference")
+        legend_below(fig, plane, near[0], answer)
+        return moves
 
     def say(data, design):
         slowest = np.abs(closed_loop_eigenvalues(design.nominal_loop)[0])
@@ -98,21 +108,22 @@ def weights_page(design):
             "relative angles over logarithmic time after a step in the reference.",
         )
 
-    return _live(fig, moves, compute, say, design, data)
+    return live(fig, draw, compute, say, design)
 
 
 @styled()
 def observer_page(design):
     """What E and the choice in the null space make of a rig: loops, and the controller's gain."""
+    fig, (*near, gains) = page(design.rig.n_motors + 1)
 
     def compute(design):
-        return *_pairs(design), controller_gains(design.controller)
+        return *_each_loop(design), controller_gains(design.controller)
 
-    fig, (*near, gains) = _row(design.rig.n_motors + 1)
-    data = compute(design)
-    moves = [*_draw_each_loop(near, data), _on(draw_gains(gains, data[-1], (0.1, 1e5)), -1)]
-    gains.set_title("controller: readings to $u_1$")
-    _legend(fig, near[0], gains)
+    def draw(data):
+        moves = [*_draw_each_loop(near, data), part(draw_gains(gains, data[-1], (0.1, 1e5)), -1)]
+        gains.set_title("controller: readings to $u_1$")
+        legend_below(fig, near[0], gains)
+        return moves
 
     def say(data, design):
         o, q = design.observer, design.model.noutputs
@@ -129,7 +140,7 @@ def observer_page(design):
             "to the voltage of motor 1 over frequency.",
         )
 
-    return _live(fig, moves, compute, say, design, data)
+    return live(fig, draw, compute, say, design)
 
 
 @styled()
@@ -138,37 +149,40 @@ def triple_page(design, simulate):
 
     ``simulate(design)`` gives the `Run` that is shown.
     """
+    fig = new_figure(PAGE, 4.1)
+    grid = fig.add_gridspec(2, 4, height_ratios=(1.25, 1))
+    near = [fig.add_subplot(grid[0, k]) for k in range(4)]
+    angles, volts = fig.add_subplot(grid[1, :2]), fig.add_subplot(grid[1, 2:])
 
     def compute(design):
         whole = design.nominal_loop, design.filtered_loop
         return (
-            *_pairs(design),
+            *_each_loop(design),
             [nyquist(loop, POINTS) for loop in whole],
             [sigma_min(loop, 500) for loop in whole],
             simulate(design),
         )
 
-    fig = new_figure(PAGE, 4.1)
-    grid = fig.add_gridspec(2, 4, height_ratios=(1.25, 1))
-    near = [fig.add_subplot(grid[0, k]) for k in range(4)]
-    angles, volts = fig.add_subplot(grid[1, :2]), fig.add_subplot(grid[1, 2:])
-    data = compute(design)
-    run, window = data[-1], data[-1].t[[0, -1]]
-    moves = [
-        *_draw_each_loop(near, data),
-        _on(_draw_loop(near[2], data[2], *BOTH_LOOPS), 2),
-        _on(draw_sigma_min(near[3], data[3], LOOKS, ((1e-2, 1e2), (-40, 10)), listed=False), 3),
-        _on(draw_traces(angles, run, "a", window, (-0.3, 0.3)), 4),
-        _on(draw_traces(volts, run, "c", window, (-12, 12)), 4),
-        _on(draw_traces(volts, run, "d", window, (-12, 12)), 4),
-    ]
-    near[3].set(title="smallest singular value", ylabel="dB")
-    near[3].set_box_aspect(1)
-    volts.set_ylabel("voltages, V")
-    volts.legend(loc="upper right", ncols=2, handlelength=1.4)
-    angles.set_title("on the bench", loc="left")
-    _small(fig)
-    _legend(fig, near[0])
+    def draw(data):
+        run, window = data[-1], data[-1].t[[0, -1]]
+        moves = [
+            *_draw_each_loop(near, data),
+            part(_draw_loop(near[2], data[2], *BOTH_LOOPS), 2),
+            part(
+                draw_sigma_min(near[3], data[3], LOOKS, ((1e-2, 1e2), (-40, 10)), listed=False), 3
+            ),
+            part(draw_traces(angles, run, "a", window, (-0.3, 0.3)), 4),
+            part(draw_traces(volts, run, "c", window, (-12, 12)), 4),
+            part(draw_traces(volts, run, "d", window, (-12, 12)), 4),
+        ]
+        near[3].set(title="smallest singular value", ylabel="dB")
+        near[3].set_box_aspect(1)
+        volts.set_ylabel("voltages, V")
+        volts.legend(loc="upper right", ncols=2, handlelength=1.4)
+        angles.set_title("on the bench", loc="left")
+        _small(fig)
+        legend_below(fig, near[0])
+        return moves
 
     def say(data, design):
         lowest = [20 * np.log10(curve.lowest) for curve in data[3]]
@@ -182,23 +196,23 @@ def triple_page(design, simulate):
             "a simulated run on the bench.",
         )
 
-    return _live(fig, moves, compute, say, design, data)
+    return live(fig, draw, compute, say, design)
 
 
 # What the pages share
 
 
-def _pair(design, index):
+def loop_curves(design, index):
     """One loop without and with filters."""
     return [nyquist(design.loop(index, filters), POINTS) for filters in (False, True)]
 
 
-def _pairs(design):
+def _each_loop(design):
     """All loops that are broken at one input, without and with filters."""
-    return [_pair(design, index) for index in range(design.rig.n_motors)]
+    return [loop_curves(design, index) for index in range(design.rig.n_motors)]
 
 
-def _row(count):
+def page(count):
     fig = new_figure(PAGE if count > 2 else 8.0, 2.95 if count == 4 else 3.5)
     axes = fig.subplots(1, count)
     for ax in axes:
@@ -214,7 +228,7 @@ def _draw_loop(ax, curves, title, x, y):
 def _draw_each_loop(axes, data):
     frames = ONE_LOOP if len(axes) == 1 else TWO_LOOPS
     return [
-        _on(_draw_loop(ax, data[k], *frame), k) for k, (ax, frame) in enumerate(zip(axes, frames))
+        part(_draw_loop(ax, data[k], *frame), k) for k, (ax, frame) in enumerate(zip(axes, frames))
     ]
 
 
@@ -226,11 +240,6 @@ def _loops_in_words(data, design):
     ]
 
 
-def _on(move, k):
-    """`move` for entry k of the computed data."""
-    return lambda data: move(data[k])
-
-
 def _small(fig):
     for ax in fig.axes:
         ax.title.set_size(11)
@@ -239,7 +248,7 @@ def _small(fig):
         ax.yaxis.label.set_size(10)
 
 
-def _legend(fig, *axes):
+def legend_below(fig, *axes):
     """One legend below the page in one row or two, each entry once; smaller labels."""
     _small(fig)
     entries = {}
@@ -250,24 +259,3 @@ def _legend(fig, *axes):
     columns = len(entries) if len(entries) <= 8 else (len(entries) + 1) // 2
     fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns,
                handlelength=1.5, columnspacing=1.4, fontsize=9)  # fmt: skip
-
-
-def _live(fig, moves, compute, say, design, data):
-    """Lay out once; give the figure its ``update(design)`` and its ``moving`` artists."""
-    freeze_layout(fig)
-    fig.moving = tuple(artist for move in moves for artist in move(data))
-
-    def speak(data, design):
-        caption, alt = say(data, design)
-        describe(fig, caption, alt)
-        fig.caption = caption  # its lines stay apart
-        return fig
-
-    def update(design):
-        data = compute(design)
-        for move in moves:
-            move(data)
-        return speak(data, design)
-
-    fig.update = update
-    return speak(data, design)

@@ -48,7 +48,10 @@ def root_locus(model, kps, kp):
     if len(kps) < 2 or np.any(np.diff(kps) <= 0):
         raise ValueError(f"kps: expected at least 2 rising gains, {found(kps)}; try a linspace.")
     none, one = align(model, 0.0).A, align(model, 1.0).A
-    at = lambda gains: none + np.multiply.outer(gains, one - none)  # noqa: E731
+
+    def at(gains):
+        return none + np.multiply.outer(gains, one - none)
+
     kps, branches = _swept(at, kps)
     marked = np.linalg.eigvals(at(kp)).astype(complex)
     return RootLocus(kps, branches, kp, marked[np.argsort(-np.abs(marked))], _changes(at, kps))
@@ -143,7 +146,11 @@ def draw_marked_locus(ax, data, frame):
     ax.plot(start.real, start.imag, "o", color=COLORS["sky"], markerfacecolor="white", zorder=4,
             label=f"$k_p = {data.kps[0]:g}$")  # fmt: skip
     move = draw_eigenvalues(ax, data.marked, frame)
-    return lambda data: move(data.marked)
+
+    def update(data):
+        return move(data.marked)
+
+    return update
 
 
 def draw_eigenvalues(ax, values, frame):

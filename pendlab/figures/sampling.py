@@ -6,8 +6,9 @@ import numpy as np
 
 from ..loop import sorted_eigenvalues
 from .frequency import HZ, draw_loops
+from .live import live, part
 from .outcomes import loops_in_words
-from .pages import LOOKS, ONE_LOOP, _legend, _live, _on, _pair, _row
+from .pages import LOOKS, ONE_LOOP, UNIT_DISK, legend_below, loop_curves, page
 from .rootlocus import draw_eigenvalues
 from .style import COLORS, styled
 
@@ -46,22 +47,24 @@ def lag(design, crossover):
 def sampling_page(design):
     """Eigenvalues of the sampled plant with filters, lags, and the loop of the redesigned double."""
 
+    fig, (plane, middle, near) = page(3)
+
     def compute(design):
-        curves = _pair(design, 0)
+        curves = loop_curves(design, 0)
         crossover = max(curves[0].margins.crossover, default=np.nan) / HZ
         return sorted_eigenvalues(design.filtered.A), lag(design, crossover), curves
 
-    fig, (plane, middle, near) = _row(3)
-    data = compute(design)
-    moves = [
-        _on(draw_eigenvalues(plane, data[0], ((-0.2, 1.2), (-0.7, 0.7))), 0),
-        _on(draw_lag(middle, data[1], ((0, 10), (0, 180))), 1),
-        _on(draw_loops(near, data[2], LOOKS, ONE_LOOP[0][1:]), 2),
-    ]
-    plane.set_title("plant with filters, $z$-plane")
-    middle.set_title("what they cost in phase")
-    near.set_title("loop designed without filters")
-    _legend(fig, plane, middle, near)
+    def draw(data):
+        moves = [
+            part(draw_eigenvalues(plane, data[0], UNIT_DISK), 0),
+            part(draw_lag(middle, data[1], ((0, 10), (0, 180))), 1),
+            part(draw_loops(near, data[2], LOOKS, ONE_LOOP[0][1:]), 2),
+        ]
+        plane.set_title("plant with filters, $z$-plane")
+        middle.set_title("what they cost in phase")
+        near.set_title("loop designed without filters")
+        legend_below(fig, plane, middle, near)
+        return moves
 
     def say(data, design):
         _, lag, curves = data
@@ -76,7 +79,7 @@ def sampling_page(design):
             "frequency with the crossover marked, and the loop gain without and with filters.",
         )
 
-    return _live(fig, moves, compute, say, design, data)
+    return live(fig, draw, compute, say, design)
 
 
 def draw_lag(ax, data, frame):

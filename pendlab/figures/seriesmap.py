@@ -7,24 +7,20 @@ from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 from PIL import Image
 
 from ..parameters import load
-from . import blocks, loops, schematics, traces
+from . import figure
+from .moving import draw_pendulum
 from .style import COLORS, describe, new_figure, png, styled
 
-# Notebook, title, what it makes of the data, thumbnail.
+# Notebook, title, what it makes of the data, thumbnail: a figure's number, a formula, or the rig.
 STOPS = (
-    ("01", "introduction", "why is it hard?", lambda: _leaning()),
-    (
-        "A",
-        "Lagrange",
-        "energies to equations",
-        lambda: _formula(r"$\frac{d}{dt}\frac{\partial T}{\partial\dot q}$"),
-    ),
-    ("02", "models", "rig to sampled model", lambda: schematics.schematic(load("triple"))),
-    ("03", "observers", "states to estimates", lambda: blocks.observer_blocks()),
-    ("B", "lemma", "why H = 0", lambda: _formula(r"$I+PG$")),
-    ("04", "design", "model to controller", lambda: loops.fig11()),
-    ("05", "experiment", "controller to traces", lambda: traces.fig15()),
-    ("06", "outlook", "the paper's future work", lambda: loops.fig14()),
+    ("01", "introduction", "why is it hard?", "leaning"),
+    ("A", "Lagrange", "energies to equations", r"$\frac{d}{dt}\frac{\partial T}{\partial\dot q}$"),
+    ("02", "models", "rig to sampled model", 3),
+    ("03", "observers", "states to estimates", 5),
+    ("B", "lemma", "why H = 0", r"$I+PG$"),
+    ("04", "design", "model to controller", 11),
+    ("05", "experiment", "controller to traces", 15),
+    ("06", "outlook", "the paper's future work", 14),
 )
 
 
@@ -52,7 +48,7 @@ def series_map():
         inset = fig.add_axes(
             ((x + 0.1) / 10, (y + 0.4) / 5.2, (width - 0.2) / 10, (height - 0.9) / 5.2)
         )
-        inset.imshow(_pixels(thumbnail()))
+        inset.imshow(_pixels(_thumbnail(thumbnail)))
         inset.axis("off")
     for k, (x, y) in enumerate(places[:-1]):
         following = places[k + 1]
@@ -80,10 +76,16 @@ def _pixels(fig):
     return np.asarray(Image.open(io.BytesIO(png(fig, dpi=50))).convert("RGB"))
 
 
+def _thumbnail(what):
+    if what == "leaning":
+        return _leaning()
+    return _formula(what) if isinstance(what, str) else figure(what)
+
+
 @styled()
 def _leaning():
     fig = new_figure(3, 2.6)
-    schematics.draw_pendulum(fig.subplots(), load("triple"), (0.15, -0.35, 0.3))
+    draw_pendulum(fig.subplots(), load("triple"), (0.15, -0.35, 0.3))
     return fig
 
 

@@ -16,6 +16,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
+from .._arguments import number
+
 # Okabe and Ito's colours: told apart by readers with any of the common colour deficiencies.
 COLORS = dict(
     black="#000000",
@@ -170,7 +172,15 @@ class CaptionedFigure(Figure):
 
 @styled()
 def new_figure(width=7.0, height=4.0, layout="constrained"):
-    """An empty `CaptionedFigure` of width x height inches on its own Agg canvas."""
+    """An empty `CaptionedFigure` of width x height inches on its own Agg canvas.
+
+    >>> with styled():
+    ...     fig = new_figure(6, 3)
+    ...     ax = fig.subplots()
+    >>> describe(fig, "An empty frame.", "Two axes and nothing between them.").caption
+    'An empty frame.'
+    """
+    width, height = number("width", width, above=0), number("height", height, above=0)
     fig = CaptionedFigure(figsize=(width, height), layout=layout)
     FigureCanvasAgg(fig)
     return fig

@@ -9,8 +9,8 @@ from ..figures.benchpage import bench_page
 from ..figures.moving import animate_svg
 from ..figures.outcomes import angle_in_words
 from ..paper.designs import paper_design
-from .controls import Choice, Slider, Switch, View
 from .panel import Panel
+from .parts import Choice, Slider, Switch, View
 
 WINDOWS = {
     "double": {"0 to 8 s": (0, 8), "10 to 18 s (Fig 17)": (10, 18), "0 to 37 s": (0, 37)},
@@ -45,6 +45,9 @@ def bench_panel(name="triple"):
             inside = slice(-2, None)
         return animate_svg(rig, t[inside], last["run"].angles[inside], width=280, height=370)
 
+    def search(values, progress):
+        return hardest_push(rig, controller, values, progress)
+
     start = {c.name: c.value for group in controls.values() for c in group}
     fig = bench_page(run(start), start["window"])
     switches = [c.name for group in controls.values() for c in group if isinstance(c, Switch)]
@@ -66,9 +69,8 @@ def bench_panel(name="triple"):
             "Ideal rig": dict.fromkeys(switches, False),
             "A push": push,
         },
-        actions={"How hard may the push be?": lambda values, progress: hardest_push(
-            rig, controller, values, progress)},
-    )  # fmt: skip
+        actions={"How hard may the push be?": search},
+    )
 
 
 def bench_controls(rig, windows):
@@ -77,12 +79,13 @@ def bench_controls(rig, windows):
     outputs = [f"{angle_in_words(i + 1)}, rad" for i in range(n)] + ["rate, rad/s"]
     offsets = on.each("offset", n + 1)
     noise, steps = on.each("noise", n + 1), on.each("resolution", n + 1)
-    per_motor = lambda name, label, low, high: [  # noqa: E731
-        Slider(
-            f"{name}{j + 1}", f"{label.format(j + 1)}", low, high, float(value), log=True, zero=True
-        )
-        for j, value in enumerate(on.each(name, m))
-    ]
+
+    def per_motor(name, label, low, high):
+        return [
+            Slider(f"{name}{j}", label.format(j), low, high, float(value), log=True, zero=True)
+            for j, value in enumerate(on.each(name, m), 1)
+        ]
+
     return {
         "Reference, push": [
             Slider("reference", "reference, rad", -0.3, 0.3, 0.0, step=0.01),
@@ -130,8 +133,13 @@ def bench_case(rig, values):
     """Arguments of `simulate` from the values of `bench_controls`."""
     n, m = rig.n_links, rig.n_motors
     on = bench_imperfections(rig)
-    each = lambda name, count: tuple(values[f"{name}{i + 1}"] for i in range(count))  # noqa: E731
-    if_on = lambda switch, value: value if values[switch] else 0.0  # noqa: E731
+
+    def each(name, count):
+        return tuple(values[f"{name}{i + 1}"] for i in range(count))
+
+    def if_on(switch, value):
+        return value if values[switch] else 0.0
+
     steps = on.each("resolution", n + 1)
     imperfections = Imperfections(
         filters=values["filters"],

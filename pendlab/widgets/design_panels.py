@@ -7,8 +7,8 @@ from ..bench.simulation import simulate
 from ..figures.outcomes import angle_in_words
 from ..figures.pages import kp_page, observer_page, triple_page, weights_page
 from ..paper.designs import paper_design
-from .controls import Slider, View
 from .panel import Panel
+from .parts import Slider, View
 
 PAPER = "Paper's values"
 LOOPS = (
@@ -22,10 +22,14 @@ def kp_panel():
     """k_p of the triple: eigenvalues on the root locus of Fig 6, and the margins of loop 2."""
     design = paper_design("triple")
     fig = kp_page(design)
+
+    def update(k_p):
+        return fig.update(design.changed(kp=k_p)).caption
+
     return Panel(
         "The spring k_p of the triple's upper motor",
         [_kp_slider(design)],
-        View(fig, lambda k_p: fig.update(design.changed(kp=k_p)).caption, fig.moving),
+        View(fig, update, fig.moving),
         legend=(
             "k_p: voltage of motor 2 per radian between links 2 and 3, equation (18).",
             "Left: eigenvalues of the sampled model with this spring alone, on their branches.",
@@ -168,12 +172,12 @@ def between_printed(design, E, beta1, beta2):
     return design.changed(coefficients=tuple(c))
 
 
-CHOOSE = {
-    "double": between_printed,
-    "triple": lambda design, alpha, beta, phi1, phi2: near_printed(
-        design, (alpha, beta), (phi1, phi2)
-    ),
-}
+def turned(design, alpha, beta, phi1, phi2):
+    """`design` with the triple's E and its directions turned by phi1, phi2 (degrees)."""
+    return near_printed(design, (alpha, beta), (phi1, phi2))
+
+
+CHOOSE = {"double": between_printed, "triple": turned}
 
 
 def _weights(values, design):

@@ -5,12 +5,11 @@ from dataclasses import replace
 from ..figures.bar import bar_study, bars, in_words
 from ..figures.pages import PAGE
 from ..figures.sampling import sampling_page
-from ..figures.style import freeze_layout
 from ..paper.designs import paper_design
 from ..parameters import Filters, load
-from .controls import Slider, View
 from .design_panels import LOOPS, PAPER
 from .panel import Panel
+from .parts import Slider, View
 
 
 def bar_panel(name="double", study=None):
@@ -19,16 +18,13 @@ def bar_panel(name="double", study=None):
     `study` is a `BarStudy` made before; by default that of the rig `name` is made.
     """
     study = bar_study(load(name)) if study is None else study
-    fig = bars(study)
-    fig.set_size_inches(PAGE, 3.6)
-    freeze_layout(fig)
+    fig = bars(study, width=PAGE, height=3.6)
     names = [f"bar{i + 1}" for i in range(study.rig.n_links)]
-    moving = fig.update_bars([0.0] * len(names))
 
     def update(**values):
         added = [values[name] for name in names]
         words = in_words(study, added)
-        fig.update_bars(added)
+        fig.update(added)
         return words
 
     return Panel(
@@ -37,7 +33,7 @@ def bar_panel(name="double", study=None):
             Slider(name, f"bar on link {i + 1}, kg m²", 1e-3, 1.0, 0.0, log=True, zero=True)
             for i, name in enumerate(names)
         ],
-        View(fig, update, tuple(moving)),
+        View(fig, update, fig.moving),
         legend=(
             "Sliders: moment of inertia that a bar without mass adds to a link; the lowest notch is none.",
             "Curves: a bar on one link alone, as a factor on each measure; above 1 is better.",

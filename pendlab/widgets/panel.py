@@ -16,8 +16,8 @@ import numpy as np
 
 from .._arguments import found
 from ..figures.picture import Picture
-from .controls import Choice, Switch
 from .notebook import close_all, legend_html, running_cell, weakly
+from .parts import Choice, Switch
 
 SLOW = 0.4  # s; updates that take longer announce themselves
 WIDTH = 1120  # px; what JupyterLab leaves of a 1366 px screen

@@ -10,9 +10,10 @@ from .._arguments import found
 from ..design import Design
 from ..loop import frequency_response
 from ..studies.transmission import closed_loop, peak_gain
-from .style import COLORS, angle_name, describe, freeze_layout, look, new_figure, styled
+from .frequency import HZ
+from .live import live, part
+from .style import COLORS, angle_name, look, new_figure, styled
 
-HZ = 2 * np.pi
 STROKES = ("--", "-", ":", "-.")  # one for each design; the colour says which signal
 
 
@@ -31,7 +32,7 @@ def gains(design, hz):
     return noise.T, torque.T, peaks
 
 
-def draw_gains(ax, hz, curves, names, labels):
+def draw_transmission(ax, hz, curves, names, labels):
     """Curves over frequency on two logarithmic axes.
 
     Parameters
@@ -70,42 +71,47 @@ def draw_gains(ax, hz, curves, names, labels):
 @styled()
 def transmission_figure(designs, points=400):
     """Readings -> voltages and torques -> angles over frequency, with filters, for each design."""
-    designs = _several(designs)
-    first = next(iter(designs.values()))
+    count, first = len(_each_design(designs)), next(iter(designs.values()))
     n, m = first.rig.n_links, first.rig.n_motors
     hz = np.geomspace(0.01, 0.5 / first.dt, points)
+    voltages, links = [f"u{i + 1}" for i in range(m)], [angle_name(i + 1) for i in range(n)]
     fig = new_figure(10, 4.2)
     left, right = fig.subplots(1, 2)
-    data = [gains(design, hz) for design in designs.values()]
-    voltages, links = [f"u{i + 1}" for i in range(m)], [angle_name(i + 1) for i in range(n)]
-    move = [
-        draw_gains(left, hz, [d[0] for d in data], voltages, designs),
-        draw_gains(right, hz, [d[1] for d in data], links, designs),
-    ]
-    for text, i in zip(right.get_legend().get_texts(), range(n)):
-        text.set_text(f"torque on link {i + 1}")
-    left.set(title="noise to voltages", ylabel="share of the limit per rad")
-    right.set(title="torque to angles", ylabel="rad per N m")
-    freeze_layout(fig)
 
-    def update(designs, data=None):
-        data = [gains(design, hz) for design in designs.values()] if data is None else data
-        for part, redraw in enumerate(move):
-            redraw([d[part] for d in data])
+    def compute(designs):
+        designs = _each_design(designs, count=count)
+        return [*zip(*(gains(design, hz) for design in designs.values())), list(designs)]
+
+    def draw(data):
+        moves = [
+            part(draw_transmission(left, hz, data[0], voltages, designs), 0),
+            part(draw_transmission(right, hz, data[1], links, designs), 1),
+        ]
+        for text, i in zip(right.get_legend().get_texts(), range(n)):
+            text.set_text(f"torque on link {i + 1}")
+        left.set(title="noise to voltages", ylabel="share of the limit per rad")
+        right.set(title="torque to angles", ylabel="rad per N m")
+
+        def rename(data):
+            for ax in (left, right):
+                for text, label in zip(ax.get_legend().get_texts()[-count:], data[3], strict=True):
+                    text.set_text(label)
+
+        return [*moves, rename]
+
+    def say(data, designs):
         each = "; ".join(
-            f"{label}: {', '.join(f'{peak:.2g}' for peak in d[2])}"
-            for label, d in zip(designs, data)
+            f"{label}: {', '.join(f'{peak:.2g}' for peak in peaks)}"
+            for label, peaks in zip(designs, data[2])
         )
-        return describe(
-            fig,
+        return (
             f"Largest gain from a torque on links 1 to {n} to the angles, in rad per N m: {each}.",
             "Two panels over frequency, logarithmic. Left: gain from noise in the readings to each "
             "voltage as a share of its limit. Right: gain from a torque on each link to the angles. "
             f"One line style per design: {', '.join(designs)}.",
         )
 
-    fig.update = lambda designs: update(_several(designs))
-    return update(designs, data)
+    return live(fig, draw, compute, say, designs)
 
 
 def largest_eigenvalue(loop, factors):
@@ -128,41 +134,55 @@ def draw_gain_region(ax, factors, stable):
     ax.set_aspect("equal")
     ax.grid(False)
     ax.legend(loc="upper left")
-    return lambda stable: mesh.set_array(stable.astype(float))
+
+    def update(stable):
+        mesh.set_array(stable.astype(float))
+
+    return update
 
 
 @styled()
 def gain_region_figure(designs, points=61, reach=10.0):
     """For each design a panel of the gain factors at both inputs that keep it stable, with filters."""
-    designs = _several(designs)
+    count = len(_each_design(designs, motors=2))
     factors = np.geomspace(1 / reach, reach, points)  # an odd count has 1 among them
-    fig = new_figure(4.6 * len(designs), 4.4)
-    compute = lambda d: largest_eigenvalue(d.filtered_loop, factors) < 1  # noqa: E731
-    data = [compute(design) for design in designs.values()]
-    axes = np.ravel(fig.subplots(1, len(designs)))
-    move = [draw_gain_region(ax, factors, stable) for ax, stable in zip(axes, data)]
-    for ax, label in zip(axes, designs):
-        ax.set_title(label)
-    freeze_layout(fig)
+    fig = new_figure(4.6 * count, 4.4)
+    axes = np.ravel(fig.subplots(1, count))
 
-    def update(designs, data=None):
-        data = [compute(design) for design in designs.values()] if data is None else data
-        for redraw, stable in zip(move, data, strict=True):
-            redraw(stable)
-        each = " and ".join(f"{s.mean():.0%} ({label})" for label, s in zip(designs, data))
-        return describe(
-            fig,
+    def compute(designs):
+        return {
+            label: largest_eigenvalue(design.filtered_loop, factors) < 1
+            for label, design in _each_design(designs, motors=2, count=count).items()
+        }
+
+    def draw(data):
+        moves = [
+            draw_gain_region(ax, factors, stable)
+            for ax, stable in zip(axes, data.values(), strict=True)
+        ]
+
+        def redraw(data):
+            for ax, move, (label, stable) in zip(axes, moves, data.items(), strict=True):
+                move(stable)
+                ax.set_title(label)
+
+        redraw(data)
+        return [redraw]
+
+    def say(data, designs):
+        each = " and ".join(f"{stable.mean():.0%} ({label})" for label, stable in data.items())
+        return (
             f"Gains at both inputs changed at once, each from 1/{reach:g} to {reach:g} times the "
             f"designed one: stable in the coloured part, {each} of the square.",
             "One square per design with logarithmic axes, the factor at input 1 to the right and at "
             "input 2 upwards; the stable part is coloured and the designed point is marked.",
         )
 
-    fig.update = lambda designs: update(_several(designs))
-    return update(designs, data)
+    return live(fig, draw, compute, say, designs)
 
 
-def _several(designs):
+def _each_design(designs, motors=None, count=None):
+    """The dict of designs, one kind of rig in all; `motors` and `count` say how many there must be."""
     if not isinstance(designs, dict) or not designs:
         raise TypeError(
             f"designs: expected a dict from label to pl.Design, {found(designs)}; "
@@ -173,4 +193,16 @@ def _several(designs):
             raise TypeError(f"designs[{label!r}]: expected a pl.Design, {found(design)}.")
     if len(designs) > len(STROKES):
         raise ValueError(f"designs: at most {len(STROKES)} fit, found {len(designs)}.")
+    if count is not None and len(designs) != count:
+        raise ValueError(f"designs: this figure was made for {count}, found {len(designs)}.")
+    sizes = {(design.rig.n_links, design.rig.n_motors) for design in designs.values()}
+    if len(sizes) > 1:
+        raise ValueError(
+            "designs: expected rigs with as many links and motors in all, found "
+            f"{' and '.join(f'{n} links with {m} motors' for n, m in sorted(sizes))}."
+        )
+    if motors is not None and sizes.pop()[1] != motors:
+        raise ValueError(
+            f'designs: expected rigs with {motors} motors; try {{"paper": pl.paper_design("triple")}}.'
+        )
     return designs
