@@ -8,7 +8,6 @@ import xml.etree.ElementTree as ET
 import matplotlib
 import numpy as np
 import pytest
-from matplotlib import rc_context, rcParams
 from matplotlib.image import imread
 
 import pendlab as pl
@@ -271,13 +270,6 @@ def test_small_picture_shows_the_same_with_fewer_bytes():
     assert len(small) < 0.45 * len(whole)
     assert np.mean(np.abs(pixels - palette).max(axis=2) > 16) < 0.001
     assert small_png(fig) == small  # equal figures give equal bytes
-
-
-def test_settings_of_the_user_change_no_figure():
-    before = png(pl.lines({"y": {"theta1": ([0, 1], [0, 1])}}, "x"))
-    with rc_context({"font.size": 30, "axes.grid": False, "lines.linewidth": 9, "xtick.top": True}):
-        assert png(pl.lines({"y": {"theta1": ([0, 1], [0, 1])}}, "x")) == before
-        assert rcParams["font.size"] == 30  # and figures change none of theirs
 
 
 def test_animation_has_words_and_stands_still_when_asked():
