@@ -7,7 +7,7 @@ name is imported from its module when first used.
 
 from importlib import import_module
 
-__version__ = "1.0.0"
+__version__ = "2.0.0"
 
 _CONTENTS = {
     "parameters": ("Link", "Motor", "Filters", "Pendulum", "load", "rigs"),

@@ -11,6 +11,7 @@ import pytest
 
 import pendlab as pl
 
+ROOT = Path(__file__).parents[1]
 MODULES = [m.name for m in pkgutil.iter_modules(pl.__path__) if not m.name.startswith("__")]
 
 
@@ -47,9 +48,8 @@ def test_import_is_lazy(use, absent):
 
 
 def test_a_wheel_carries_every_package():
-    root = Path(__file__).parents[1]
-    setup = tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))
-    folders = {path.parent.relative_to(root) for path in root.glob("pendlab/**/*.py")}
+    setup = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    folders = {path.parent.relative_to(ROOT) for path in ROOT.glob("pendlab/**/*.py")}
     folders = {".".join(folder.parts) for folder in folders}
     assert {*setup["tool"]["setuptools"]["packages"]} == folders | {"pendlab.data"}
 
