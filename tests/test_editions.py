@@ -119,6 +119,15 @@ def test_real_notebook_is_stamped_for_nbgrader(real):
     assert stamped == real, "run tests/refresh_notebooks.py, which writes nbgrader's metadata"
 
 
+def test_full_edition_shows_no_verdict_before_the_own_try(real):
+    """JupyterLab keeps folded outputs folded until the cell is run."""
+    for exercise in paper.exercises(real):
+        for name in exercise.solutions + exercise.checks:
+            if cell(real, name).cell_type == "code":
+                assert cell(real, name).metadata.jupyter.outputs_hidden, name
+    assert "_hidden" not in nbformat.writes(teacher(real))
+
+
 def test_real_formulas_can_be_shown(real):
     for c in real.cells:
         if c.cell_type == "markdown":

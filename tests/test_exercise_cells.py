@@ -69,53 +69,6 @@ def test_cells_after_an_exercise_need_no_solution(notebook):
             given, gaps = given | names, gaps - names
 
 
-def test_title_tells_the_minutes_of_the_exercises(notebook):
-    title = notebook["cells"][0]["source"]
-    total = sum(exercise.minutes for exercise in paper.exercises(notebook))
-    with_and_without = re.search(r"(\d+) minutes with the exercises, (\d+) without", title)
-    of_which = re.search(r"of which (\d+) for the exercises", title)
-    if with_and_without:  # "about", in tens
-        assert abs(int(with_and_without[1]) - int(with_and_without[2]) - total) <= 5
-    elif of_which:
-        assert int(of_which[1]) == total
-    else:
-        assert re.search(r"\d+ minutes", title)
-
-
-def test_start_page_tells_the_minutes_of_every_notebook():
-    text = "\n".join(c["source"] for c in paper.read(NOTEBOOKS["00_start_here"])["cells"])
-    rows = re.findall(r"^\| \[[^]]+\]\((\w+)\.ipynb\) \|.*\| (\d+) \|$", text, re.M)
-    assert len(rows) >= 8
-    for stem, minutes in rows:
-        title = paper.read(NOTEBOOKS[stem])["cells"][0]["source"]
-        assert re.search(r"(\d+) minutes", title)[1] == minutes, stem
-
-
-# ---- What the marker needs, and where the points come from
-
-
-@pytest.mark.parametrize("path", EVERY, ids=lambda path: path.stem)
-def test_who_asks_for_words_marks_them(path):
-    """Explanations, predictions and sentences have an answer cell with points of its own."""
-    notebook = paper.read(path)
-    for exercise in paper.exercises(notebook):
-        asks = ASKS_FOR_WORDS.search(cell(notebook, exercise.task)["source"])
-        assert not asks or exercise.written, f"{exercise.name} asks: {asks[0]}"
-        for name in exercise.written:
-            points = re.match(
-                r"\*\*In words\*\* \((\d) points?\): ", cell(notebook, name)["source"]
-            )
-            assert int(points[1]) == exercise.by_hand <= exercise.points
-
-
-@pytest.mark.parametrize("path", EVERY, ids=lambda path: path.stem)
-def test_stamped_points_sum_to_the_exercises(path):
-    notebook = paper.read(path)
-    stamps = [c["metadata"].get("nbgrader", {}) for c in notebook["cells"]]
-    total = sum(exercise.points for exercise in paper.exercises(notebook))
-    assert sum(stamp.get("points", 0) for stamp in stamps) == pytest.approx(total)
-
-
 def test_points_by_hand_are_taken_out_of_those_an_exercise_has():
     notebooks = (paper.exercises(paper.read(path)) for path in EVERY)
     total = [sum(exercise.points for exercise in tasks) for tasks in notebooks]

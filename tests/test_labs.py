@@ -5,6 +5,7 @@ from functools import lru_cache
 
 import nbformat
 import pytest
+import refresh_minutes
 from refresh_notebooks import ROOT
 
 from pendlab.__main__ import main
@@ -51,7 +52,7 @@ def rows(text):
 
 def minutes(stem):
     """Minutes of each step, by its number."""
-    return {int(row[0]): int(row[1]) for row in rows(section(sheet(stem), "Steps"))}
+    return refresh_minutes.minutes()[stem]
 
 
 def total(stem):
@@ -108,7 +109,24 @@ def test_minutes_sum_to_the_total_and_fill_a_session(stem):
     assert sum(steps.values()) == total(stem)
     together = [s for s in SERIES if s[:2] in ("00", "01")]
     session = together if stem in together else [stem]
-    assert 90 <= sum(map(total, session)) <= 110
+    assert sum(map(total, session)) == 85
+
+
+def test_every_session_has_two_steps_to_drop_first():
+    first, *others = [sheet(stem).count("| **Drop first.** ") for stem in SERIES]
+    assert first == 1 and others == [1] + [2] * (len(SERIES) - 2)
+
+
+def test_minutes_are_the_same_everywhere():
+    """Sheet, course map, paths, start page and the notebook's title."""
+    for path, text in refresh_minutes.refreshed():
+        assert text == path.read_text(encoding="utf-8"), "run tests/refresh_minutes.py"
+    start = "\n".join(cell.source for cell in notebook("00_start_here").cells)
+    for stem in SERIES:
+        title = notebook(stem).cells[0].source
+        assert re.search(rf"Time\W+{total(stem)} minutes", title), stem
+        if stem != "00_start_here":
+            assert re.search(rf"\({stem}\.ipynb\) \|.*\| {total(stem)} \|", start), stem
 
 
 def test_exercises_exist_have_time_and_none_is_forgotten(stem):
@@ -218,7 +236,7 @@ def test_paths_add_up_and_fit_their_sessions():
             assert int(last) <= len(steps)
             spent += sum(steps[k] for k in range(int(first), int(last) + 1))
         assert parts and spent == int(row[2]), f"session {row[0]}: {spent} minutes"
-        assert 90 <= spent <= 110
+        assert 70 <= spent <= 85
         met.append({unit for unit, _, _ in parts})
     assert [row[0] for row in paths] == [*"12", *"1234", *"12345678"]
     assert set().union(*met[6:]) == set(stems)  # the full term leaves nothing out

@@ -50,8 +50,7 @@ def teacher(notebook, sheet=None, marking=None):
     notes = {exercise.task: exercise for exercise in exercises if exercise.task}
     cells = [_markdown("teacher-overview", _overview(exercises, sheet))]
     for cell in edition["cells"]:
-        if paper.has_solution(cell):
-            _show(cell)
+        _show(cell)
         cells.append(cell)
         if exercise := notes.get(cell["id"]):
             cells.append(
@@ -66,6 +65,7 @@ def stamp(notebook):
 
     Solution cells are to be filled in, written ones carry the points given by hand; check cells
     are locked and carry the others (shared equally where an exercise has several cells of a kind).
+    What they show is folded: a reader of the full edition sees no answer before the own try.
     Any other stamp is removed.
     """
     for cell in notebook["cells"]:
@@ -79,6 +79,7 @@ def stamp(notebook):
         for name in exercise.checks:
             share = (exercise.points - exercise.by_hand) / len(exercise.checks)
             _stamp(cells[name], solution=False, points=share)
+        _fold(cells[name] for name in exercise.solutions + exercise.checks)
     for cell in notebook["cells"]:
         if paper.has_solution(cell) and "nbgrader" not in cell["metadata"]:
             _stamp(cell, solution=True)
