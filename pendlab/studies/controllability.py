@@ -174,6 +174,10 @@ def in_units(plant, angle=1.0, second=1.0, volts=1.0):
             "use pl.linearize."
         )
     angle, second = number("angle", angle, above=0), number("second", second, above=0)
+    if not (1e-100 < angle < 1e100 and 1e-100 < second < 1e100):
+        raise ValueError(
+            f"angle, second: expected units from 1e-100 to 1e100, found {angle:g} and {second:g}."
+        )
     volts = numbers("volts", volts, above=0)
     volts = numbers(
         "volts", volts * plant.ninputs if len(volts) == 1 else volts, count=plant.ninputs
@@ -212,6 +216,8 @@ def with_bar(rig, link, inertia, mass=0.0, height=None):
     inertia, mass = number("inertia", inertia, least=0), number("mass", mass, least=0)
     old = rig.links[link - 1]
     height = old.com if height is None else number("height", height, least=0)
+    if max(mass, height) > 1e100:
+        raise ValueError("mass, height: expected numbers up to 1e100, found a larger one.")
     com = (old.mass * old.com + mass * height) / (old.mass + mass)
     about = old.inertia + old.mass * (old.com - com) ** 2 + inertia + mass * (height - com) ** 2
     new = replace(old, mass=old.mass + mass, com=com, inertia=about)
@@ -302,6 +308,8 @@ def _unstable(rig, name, x0):
             "use dataclasses.replace(rig, u_max=...)."
         )
     x0 = array(name, x0, (plant.nstates,))
+    if np.abs(x0).max() > 1e100:
+        raise ValueError(f"{name}: expected angles and rates up to 1e100, found larger ones.")
     # Schur vectors of A' for the unstable eigenvalues: V A = A_u V.
     T, Z, k = schur(plant.A.T, output="real", sort="rhp")
     V = Z[:, :k].T

@@ -73,8 +73,8 @@ def largest_pulses(
     """
     instance("rig", rig, Pendulum, 'pl.load("double")')
     lengths = np.array(numbers("lengths", lengths, above=0))
-    number("start", start, least=0)
-    number("recovery", recovery, above=0)
+    if number("start", start, least=0) + number("recovery", recovery, above=0) > 3600:
+        raise ValueError("start, recovery: expected an hour at most, found more seconds.")
     if not 1e-9 <= number("accuracy", accuracy) < 1:
         raise ValueError(f"accuracy: expected a number from 1e-9 to below 1, {found(accuracy)}.")
     n = rig.n_links

@@ -73,8 +73,10 @@ def structured_margin(loop, points=3000):
 
     value, omega = least(sigma, loop_frequencies(loop, points))
     delta = _change(np.eye(2) + frequency_response(loop, omega)[0])
+    with np.errstate(divide="ignore"):  # delta = -1: no factor but an infinite one does it
+        factors = 1 / (1 + delta)
     stable = bool(np.abs(closed_loop_eigenvalues(loop)[0]) < 1)
-    return StructuredMargin(value, omega, delta, 1 / (1 + delta), stable)
+    return StructuredMargin(value, omega, delta, factors, stable)
 
 
 def _change(Rd):

@@ -141,8 +141,11 @@ def rms(system, deviations=1.0):
     [1.25]
     """
     _stable(system)
-    size = system.ninputs if np.ndim(deviations) else None
-    scale = np.array(numbers("deviations", deviations, least=0, count=size))
+    scale = np.array(numbers("deviations", deviations, least=0))
+    if len(scale) not in (1, system.ninputs):
+        raise ValueError(
+            f"deviations: expected one number or {system.ninputs}, one per input, found {len(scale)}."
+        )
     largest = scale.max(initial=0) or 1.0
     B, D = system.B * (scale / largest), system.D * (scale / largest)
     P = _covariance(system.A, B @ B.T)
