@@ -122,7 +122,7 @@ def observer(model, E, T, K):
     inverse[np.abs(inverse) < 1e-14 * np.abs(inverse).max()] = 0.0
     inverse = inverse / sizes / columns[:, None]
     H = T @ B
-    H[np.abs(H) < 1e-12 * (np.abs(T) @ np.abs(B)).max(axis=1, keepdims=True)] = 0.0  # rounding
+    H[np.abs(H) < 1e-12 * np.linalg.norm(T, axis=1, keepdims=True) * np.abs(B).max()] = 0.0
     return Observer(E, H, T, K, inverse[:, : len(C)], inverse[:, len(C) :])
 
 

@@ -213,7 +213,7 @@ def test_three_equal_rows_of_dynamics_leave_no_regular_member(rig, e):
     assert pl.observer_family(model, [e, e - 0.1, e - 0.2]).dimension == 6
 
 
-def test_as_many_inputs_as_outputs_leave_no_observer_with_H_zero():
+def test_zeros_that_E_does_not_hold_leave_no_observer_with_H_zero():
     rng = np.random.default_rng(7)
     A, B = rng.standard_normal((4, 4)), rng.standard_normal((4, 2))
     model = control.ss(A, B, np.eye(2, 4), 0, 0.01)
