@@ -7,7 +7,7 @@ noise; this one keeps all n states and takes the least noise that TB = 0 allows.
 
 import numpy as np
 
-from .._arguments import array, state_space
+from .._arguments import state_space
 from ..gain import weights
 from ..observers import Observer
 
