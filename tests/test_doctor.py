@@ -86,3 +86,11 @@ def test_without_any_package_it_says_what_is_missing():
     assert "NO  packages: numpy, scipy, control, matplotlib" in done.stdout
     assert "pip install -r environment.txt" in done.stdout and "cannot look without" in done.stdout
     assert "ok  Python" in done.stdout and "ok  folder" in done.stdout
+
+
+def test_it_looks_into_the_cache(monkeypatch, tmp_path):
+    monkeypatch.setenv("PENDLAB_CACHE", str(tmp_path))
+    (tmp_path / "kernel_2_1_0.py").write_text("")
+    found = finding("compiler cache")
+    assert not found.well and "1 damaged, among them kernel_2_1_0.py" in found.found
+    assert "made anew" in found.advice

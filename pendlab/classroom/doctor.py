@@ -186,8 +186,7 @@ def _cache():
     from ..bench.cache import cache_findings
 
     looked = cache_findings()
-    well, found, _ = next((finding for finding in looked if not finding[0]), looked[-1])
-    return well, found
+    return next((finding for finding in looked if not finding[0]), looked[-1])
 
 
 INSTALL = "run  pip install -r environment.txt  in this environment."
@@ -218,12 +217,7 @@ QUESTIONS = (
         _writing,
         "copy the series to your own folder; without it your work cannot be saved.",
     ),
-    (
-        "compiler cache",
-        _cache,
-        "what is damaged is made anew when it is needed; where nothing can be written, each session "
-        "compiles anew (some seconds): set PENDLAB_CACHE to a folder of yours.",
-    ),
+    ("compiler cache", _cache, ""),  # gives its own advice
 )
 
 
