@@ -85,7 +85,8 @@ class Numeral:
         other, part = PARTS.get(known.unit, (known.unit, 1))
         if mine and other and mine != other:
             return False
-        scales = {part / factor} if mine and other else {1.0, part / factor}
+        # Code and constants are in SI; a number in a table may stand under its unit's name.
+        scales = {part / factor, 1.0} if rounded and not (mine and other) else {part / factor}
         if any(self._equals(known, scale, rounded) for scale in scales):
             return True
         # 30 % less is a factor of 0.7.
@@ -202,6 +203,8 @@ class Sources:
     def hold(self, claim):
         if any(claim.held_by(known, False) for known in self.constants):
             return True
+        if self.task and re.search(r"-ex\d+-task$", claim.cell):
+            return False
         # Among a thousand printed numbers some fit by chance: units agree, or there are digits.
         if any(
             claim.held_by(known, False)
@@ -209,8 +212,6 @@ class Sources:
             if claim.digits >= 3 or bool(claim.unit) == (known.unit not in ("", "1"))
         ):
             return True
-        if self.task and re.search(r"-ex\d+-task$", claim.cell):
-            return False
         far = claim.digits >= 3
         return any(
             claim.held_by(known, kind == 0)

@@ -14,6 +14,7 @@ from .judging import Verdict, compare
 PASS = 1e-3  # s, the paper's steps 1 to 6 for the triple
 LOAD, HUM_HZ, HUM, HUM_VOLTS, LOWEST, MARGIN = 0.2, 50.0, 1e-3, 1.0, 5.0, 0.25
 CROSSOVER = 2.5  # Hz
+FURTHER, LASTING, REST = 1.05, 6.0, 0.05  # s, rad: the lean and the period to within 5 %
 SMOOTHING = 3  # factor by which the motors' filters weaken the sampling frequency
 
 
@@ -69,7 +70,7 @@ def exercise_3(longest, rig=None):
         design = replace(reference(rig), dt=dt)
         return min(modulus_margins(design, filters=False))
 
-    here, beyond = least(longest), least(1.05 * longest)
+    here, beyond = least(longest), least(FURTHER * longest)
     if here < MARGIN:
         return Verdict(
             False,
@@ -138,8 +139,8 @@ def exercise_5(design, lean, rig=None):
         return Verdict(False, "The lean is in radians; this one is nearly lying down.")
     if not recovers(design, lean):
         return Verdict(False, f"From {lean:.4f} rad your pendulum does not come back in 6 s.")
-    if recovers(design, 1.05 * lean):
-        return Verdict(False, f"It still comes back from {1.05 * lean:.4f} rad: lean further.")
+    if recovers(design, FURTHER * lean):
+        return Verdict(False, f"It still comes back from {FURTHER * lean:.4f} rad: lean further.")
     share = released(design, lean).saturated[0]
     return Verdict(
         True, f"From {lean:.3f} rad it comes back, from 5 % more it does not; motor 1 spends "
@@ -149,9 +150,11 @@ def exercise_5(design, lean, rig=None):
 
 def recovers(design, lean):
     run = released(design, lean)
-    return not run.fell and float(np.abs(run.angles[run.t > 5]).max()) < 0.05
+    return not run.fell and float(np.abs(run.angles[run.t > LASTING - 1]).max()) < REST
 
 
 def released(design, lean):
     bench = Imperfections(filters=True, saturation=True, delay=PASS)
-    return simulate(design.rig, design.controller, 6, initial=[lean, 0, 0], imperfections=bench)
+    return simulate(
+        design.rig, design.controller, LASTING, initial=[lean, 0, 0], imperfections=bench
+    )

@@ -13,6 +13,7 @@ from .judging import Verdict, compare
 
 KP = 5.0
 SLOWEST, WANTED, OFFSET, BAND, SETTLED, PEAK = 20.0, 5.0, 0.003, 0.01, 10.0, 0.2
+STEP, LASTING = 0.2, 30.0  # rad, s
 
 
 def time_constant(loop):
@@ -81,9 +82,9 @@ def exercise_4(design, rig=None):
     if not first:
         return Verdict(False, f"The linear requirements first (exercise 3): {first.message}")
     bench = Imperfections(filters=True, saturation=True, offset=(OFFSET, 0, 0, 0))
-    run = simulate(design.rig, design.controller, 30, imperfections=bench)
+    run = simulate(design.rig, design.controller, LASTING, imperfections=bench)
     step = simulate(
-        design.rig, design.controller, 30, reference=0.2,
+        design.rig, design.controller, LASTING, reference=STEP,
         imperfections=replace(bench, offset=0.0),
     )  # fmt: skip
 
@@ -103,8 +104,8 @@ def exercise_4(design, rig=None):
             )
         if run.saturated.any():
             yield f"A motor is at its limit in {run.saturated.max():.1%} of the samples."
-        if step.fell or abs(step.angles[-1, 1] - 0.2) > BAND:
-            yield "An attitude step of 0.2 rad is not followed within 30 s."
+        if step.fell or abs(step.angles[-1, 1] - STEP) > BAND:
+            yield f"An attitude step of {STEP:g} rad is not followed within {LASTING:g} s."
 
     return verdict(
         shortfalls(),

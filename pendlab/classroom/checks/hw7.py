@@ -17,6 +17,7 @@ TUBE = 0.2  # kg/m
 LONGEST, HEAVIEST = 1.5, 0.2  # m, kg at each end
 BETTER, FOOLED, BEYOND = 1.3, 0.9, 1.05
 EXAMPLE = 0.05  # kg m^2
+CAUGHT = 0.1  # rad
 
 
 def weigh(length, ends):
@@ -159,7 +160,7 @@ def exercise_5(bar, design, rig=None):
                 "bar far enough beyond, and how much of the time are the motors at their limits?"
             )
         left = np.abs(run.angles[run.t > 7]).max()
-        if left > 0.1:
+        if left > CAUGHT:
             yield f"It stays up, but still swings by {left:.2f} rad in the eighth second."
 
     return verdict(shortfalls(), lambda: "Caught from a lean beyond the bare recoverable tilt.")
