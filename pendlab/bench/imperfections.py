@@ -1,11 +1,12 @@
 """What the bench does to a design: filters, limits, resolution, delay, sensors, friction, backlash."""
 
 from dataclasses import dataclass, fields
+from numbers import Real
 
 import numpy as np
 
-from .._arguments import found, number, numbers, whole
-from ..parameters import DATA, Pendulum, entry, read_toml
+from .._arguments import flag, instance, number, numbers, whole
+from ..parameters import DATA, Pendulum, entry, load, read_toml
 
 
 @dataclass(frozen=True)
@@ -68,19 +69,18 @@ class Imperfections:
 
     def __post_init__(self):
         for name in ("filters", "saturation"):
-            if not isinstance(getattr(self, name), (bool, np.bool_)):
-                raise TypeError(f"{name}: expected True or False, {found(getattr(self, name))}.")
+            object.__setattr__(self, name, flag(name, getattr(self, name)))
         number("delay", self.delay, least=0)
-        for name in ("presliding", "start_torque_time"):
-            number(name, getattr(self, name), above=0)
+        number("presliding", self.presliding, above=0, least=1e-9)
+        number("start_torque_time", self.start_torque_time, above=0, least=1e-9)
         whole("seed", self.seed)
         for name in PER_OUTPUT | PER_LINK | PER_HINGE | PER_MOTOR:
             least = None if name in SIGNED else 0
             values = numbers(name, getattr(self, name), least=least)
             # Tuples, so that equal settings compare equal; a single number stays one.
-            single = np.ndim(getattr(self, name)) == 0
+            single = isinstance(getattr(self, name), (Real, np.number))
             object.__setattr__(self, name, values[0] if single else values)
-        if min(numbers("contact_stiffness", self.contact_stiffness)) <= 0:
+        if np.min(self.contact_stiffness, initial=np.inf) <= 0:
             raise ValueError(
                 "contact_stiffness: expected numbers above 0; use gap=0 for no backlash."
             )
@@ -123,58 +123,85 @@ class Pulse:
         number("Pulse height", self.height)
 
 
-def bench_imperfections(rig):
+def bench_imperfections(rig, *, foreign=False):
     """The imperfections of ``data/gearbox.toml`` that explain Figs 15-17, all switched on.
 
     Motor 1 has the same gearbox in both rigs. See the file for how its values were found.
+
+    Parameters
+    ----------
+    rig : one of the paper's, or one that has its gearboxes (with the same ratios) on other links
+    foreign : True takes the paper's gearboxes for a rig with others, which the file knows nothing of
 
     Raises
     ------
     ValueError : a rig that the file does not know, or a damaged entry
     """
-    rig, path, table, entry = _bench(rig)
+    path, table, bench = _bench(rig)
     n, m = rig.n_links, rig.n_motors
-    gears = table.get("gearboxes", [])
+    gears = table.get("gearboxes", [])[:m]
     if len(gears) < m:
         raise ValueError(f"{path}: describes {len(gears)} gearboxes, found a rig with {m} motors.")
-    take = lambda part, key, unit, count=1: _values(path, part, key, unit, count)  # noqa: E731
-    each = lambda key, unit: sum((take(gear, key, unit) for gear in gears[:m]), ())  # noqa: E731
-    sensors = table["sensors"]
-    one = lambda part, key, unit: take(part, key, unit)[0]  # noqa: E731
-    angles, rate = one(sensors, "angle_range", "rad"), one(sensors, "rate_range", "rad/s")
-    codes = 2 ** int(one(sensors, "bits", "1"))
-    voltage = one(sensors, "voltage_range", "V")
+    if not flag("foreign", foreign):
+        _same_gearboxes(rig)
+    sensors, hinges = table["sensors"], table["hinges"]
+
+    def one(part, key, unit):
+        return _values(path, part, key, unit, 1)[0]
+
+    def each(key, unit):
+        return tuple(one(gear, key, unit) for gear in gears)
+
+    bits = one(sensors, "bits", "1")
+    if bits not in range(1, 33):
+        raise ValueError(
+            f"{path}: entry 'bits': expected a whole number from 1 to 32, found {bits:g}."
+        )
+    angle, rate, voltage = (
+        2 * one(sensors, key, unit) / 2**bits
+        for key, unit in (("angle_range", "rad"), ("rate_range", "rad/s"), ("voltage_range", "V"))
+    )
     return Imperfections(
         filters=True,
         saturation=True,
-        resolution=(2 * angles / codes,) * n + (2 * rate / codes,),
-        voltage_resolution=2 * voltage / codes,
-        delay=one(entry, "delay", "s"),
-        offset=take(entry, "offset", "rad, rad/s", n + 1),
-        noise=take(sensors, "angle_noise", "rad") * n + take(sensors, "rate_noise", "rad/s"),
-        hinge_friction=take(table["hinges"], "dry_friction", "N m", None)[:n],
+        resolution=(angle,) * n + (rate,),
+        voltage_resolution=voltage,
+        delay=one(bench, "delay", "s"),
+        offset=_values(path, bench, "offset", "rad, rad/s", n + 1),
+        noise=(one(sensors, "angle_noise", "rad"),) * n + (one(sensors, "rate_noise", "rad/s"),),
+        hinge_friction=_values(path, hinges, "dry_friction", "N m", None)[:n],
         gear_friction=each("dry_friction", "N m"),
         gap=each("gap", "rad"),
         contact_stiffness=each("contact_stiffness", "N m/rad"),
         contact_damping=each("contact_damping", "s/rad"),
-        presliding=one(table["hinges"], "presliding", "rad"),
+        presliding=one(hinges, "presliding", "rad"),
     )
+
+
+def _same_gearboxes(rig):
+    """A gearbox is known by its ratio."""
+    for j, (motor, paper) in enumerate(zip(rig.motors, load("triple").motors), 1):
+        if motor.ratio != paper.ratio:
+            raise ValueError(
+                f"rig: the bench describes the paper's gearboxes, number {j} with a ratio of "
+                f"{paper.ratio:g}, found {motor.ratio:g}; build pl.Imperfections(...) for your own, or "
+                "say foreign=True to take the paper's play and friction."
+            )
 
 
 def bench_start(rig):
     """Relative angles (rad) from which Figs 15-17 are started by hand, from ``data/gearbox.toml``."""
-    _, path, _, entry = _bench(rig)
-    return _values(path, entry, "start", "rad", rig.n_links)
+    path, _, bench = _bench(rig)
+    return _values(path, bench, "start", "rad", rig.n_links)
 
 
 def _bench(rig):
-    if not isinstance(rig, Pendulum):
-        raise TypeError(f'rig: expected a pl.Pendulum such as pl.load("triple"), {found(rig)}.')
+    instance("rig", rig, Pendulum, 'pl.load("triple")')
     path = DATA / "gearbox.toml"
     table = read_toml(path)
     known = table.get("benches", {})
-    entry = known.get(f"{rig.n_links} links")
-    if entry is None:
+    bench = known.get(f"{rig.n_links} links")
+    if bench is None:
         raise ValueError(
             f"rig: {path.name} knows benches with {', '.join(known)}, found {rig.n_links} links; "
             "build pl.Imperfections(...) by hand."
@@ -182,7 +209,7 @@ def _bench(rig):
     for name in ("sensors", "hinges"):
         if name not in table:
             raise ValueError(f"{path}: section [{name}] is missing; restore it.")
-    return rig, path, table, entry
+    return path, table, bench
 
 
 def _values(path, part, key, unit, count):

@@ -6,6 +6,7 @@ import sys
 from collections.abc import Iterable, Sequence
 from concurrent.futures import FIRST_COMPLETED, ThreadPoolExecutor, wait
 from dataclasses import dataclass
+from functools import partial
 from pickle import PicklingError
 
 from .._arguments import found, whole
@@ -169,12 +170,19 @@ def _said(problem):
 
 def _progress(progress):
     if callable(progress):
-        return progress
+        return partial(_told, progress)
     if progress is None:
         progress = sys.stderr is not None and sys.stderr.isatty()
     if not isinstance(progress, bool):
         raise TypeError(f"progress: expected a function, True or False, {found(progress)}.")
     return _bar if progress else _silence
+
+
+def _told(progress, done, total):
+    try:
+        progress(done, total)
+    except Exception as problem:
+        raise ValueError(f"progress: failed at {done} of {total} ({_said(problem)}).") from problem
 
 
 def _silence(done, total):
