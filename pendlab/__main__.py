@@ -21,6 +21,7 @@ def main(arguments=None):
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Command)
     add_report(commands)
     add_live(commands)
+    add_warm(commands)
     for name in COMMANDS:
         import_module(f".{name}", __package__).add_commands(commands)
     parser.set_defaults(run=report, folder=Path("pendlab-report"))
@@ -86,6 +87,30 @@ def live(options):
         page = options.folder / f"{name}.html"
         page.write_text(str(live_rig(name)), encoding="utf-8")
         print(page)
+    return 0
+
+
+def add_warm(commands):
+    about = "Compile the simulator for the rigs, so that nobody waits for it in class."
+    example = "python -m pendlab warm /srv/pendlab-seed"
+    parser = commands.add_parser("warm", help=about, description=about, epilog=example)
+    parser.add_argument(
+        "folder",
+        nargs="?",
+        metavar="DIR",
+        type=Path,
+        help="where to keep it, to be the PENDLAB_SEED of a class (default: your own cache)",
+    )
+    parser.set_defaults(run=warm)
+
+
+def warm(options):
+    """Compiled kernels of the paper's rigs in a folder."""
+    from .bench.warm import warm
+    from .parameters import load
+
+    for path in warm([load("double"), load("triple")], options.folder):
+        print(path)
     return 0
 
 

@@ -217,3 +217,30 @@ def test_wrong_answer_is_an_error_under_nbgrader(monkeypatch):
     monkeypatch.setenv("NBGRADER_EXECUTION", "autograde")
     with pytest.raises(AssertionError):
         pl.check(first, None)
+
+
+def test_wide_tables_and_formulas_are_made_smaller_not_cut():
+    def table(columns):
+        cells = "".join(f"<td>{k / 7:.6f}</td>" for k in range(columns))
+        return nbformat.v4.new_code_cell(
+            "t",
+            id="90-wide",
+            outputs=[
+                nbformat.v4.new_output(
+                    "execute_result", data={"text/html": f"<table><tr>{cells}</tr></table>"}
+                )
+            ],
+        )
+
+    sizes = {}
+    for columns in (3, 12, 24):
+        notebook = original()
+        matrix = r"\begin{bmatrix}" + "&".join(f"{k}.1234" for k in range(columns))
+        notebook.cells = [
+            table(columns),
+            nbformat.v4.new_markdown_cell(f"$${matrix}\\end{{bmatrix}}$$", id="90-matrix"),
+        ]
+        text = html(notebook, ROOT / "notebooks" / "90.ipynb")
+        sizes[columns] = [int(k) for k in re.findall(r'style="font-size: (\d+)%"', text)]
+    assert sizes[3] == [] and len(sizes[12]) == len(sizes[24]) == 2
+    assert all(wide < narrow < 100 for wide, narrow in zip(sizes[24], sizes[12]))

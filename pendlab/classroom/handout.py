@@ -11,12 +11,13 @@ from jinja2 import pass_context
 from latex2mathml.converter import convert
 
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
+PAGE_WIDTH = 72  # letters of a row that fit on a page, two for the rims of each cell included
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "msedge")
 STYLE = """
 @page { size: A4; margin: 18mm 16mm; }
 body { font: 11pt/1.45 "DejaVu Serif", Georgia, serif; max-width: 46em; margin: 2em auto; padding: 0 1em; }
 h1, h2, h3 { font-family: "DejaVu Sans", Arial, sans-serif; line-height: 1.2; break-after: avoid; }
-pre { font: 9pt/1.35 "DejaVu Sans Mono", Consolas, monospace; white-space: pre-wrap; margin: 0; }
+pre { font: 9pt/1.35 "DejaVu Sans Mono", Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; margin: 0; }
 code { font: 0.9em "DejaVu Sans Mono", Consolas, monospace; }
 .highlight { background: #f5f5f2; border-left: 3px solid #999; padding: .5em .8em; }
 .jp-Cell, .cell { margin: .8em 0; }
@@ -48,12 +49,29 @@ def html(notebook, path):
         notebook, resources={"metadata": {"path": str(Path(path).parent), "name": path.stem}}
     )
     body = re.sub(r"<(link|script)\b[^>]*https?://[^>]*>(</script>)?", "", body)
+    body = re.sub(r"<(table|math)\b.*?</\1>", _fitted, body, flags=re.DOTALL)
     head = f"<meta charset='utf-8'><title>{html_text.escape(path.stem)}</title>"
     colours = _code_colours()
     return (
         f"<!DOCTYPE html>\n<html lang='en'><head>{head}<style>{STYLE}{colours}</style></head>\n"
         f"<body>\n{body}\n</body></html>\n"
     )
+
+
+def _fitted(found):
+    """A table or formula wider than the page in smaller letters: paper cannot be scrolled."""
+    rows = re.split(r"</m?tr>", found[0])
+    cells = [
+        re.findall(r"<(?:m?td|th)\b.*?</(?:m?td|th)>", row, re.DOTALL) or [row] for row in rows
+    ]
+    texts = [
+        [html_text.unescape(re.sub(r"<[^>]+>|\s+", "", cell)) for cell in row] for row in cells
+    ]
+    width = max(sum(len(text) + 2 for text in row) for row in texts)
+    if width <= PAGE_WIDTH:
+        return found[0]
+    size = max(100 * PAGE_WIDTH // width, 30)
+    return found[0].replace(f"<{found[1]}", f'<{found[1]} style="font-size: {size}%"', 1)
 
 
 def prepared(notebook):
