@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.optimize import brentq
 
-from ..loop import Margins, frequency_response, margins
+from ..loop import Margins, frequency_response, least, margins
 from ..nyquist import Encirclements, encirclements
 from .style import COLORS, look
 
@@ -63,7 +63,7 @@ def nyquist(loop, points=3000):
         nearest = m.modulus, m.modulus_omega
     else:
         m, at = None, np.array([_negative_real(loop, omega, curve), np.nan])
-        nearest = _lowest(lambda w: np.abs(_curve(loop, w)), omega, np.abs(curve))
+        nearest = least(lambda w: np.abs(_curve(loop, w)), omega)
     marked = np.full(2, complex(np.nan, np.nan))
     marked[np.isfinite(at)] = _curve(loop, at[np.isfinite(at)])
     critical = CRITICAL.get(loop.ninputs, 0.0)
@@ -73,14 +73,6 @@ def nyquist(loop, points=3000):
 def _curve(loop, omega):
     L = frequency_response(loop, omega)
     return L[:, 0, 0] if loop.ninputs == 1 else np.linalg.det(np.eye(loop.ninputs) + L)
-
-
-def _lowest(function, omega, values):
-    """Smallest value and its frequency, looked for between the neighbours of the lowest point."""
-    k = int(np.argmin(values))
-    near = np.linspace(omega[max(k - 1, 0)], omega[min(k + 1, len(omega) - 1)], 201)
-    fine = function(near)
-    return float(fine.min()), float(near[fine.argmin()])
 
 
 def _negative_real(loop, omega, curve):
@@ -219,7 +211,7 @@ def sigma_min(loop, points=1200):
 
     omega = frequencies(loop.dt, points)
     sigma = smallest(omega)
-    return SmallestSingularValue(omega, sigma, *_lowest(smallest, omega, sigma))
+    return SmallestSingularValue(omega, sigma, *least(smallest, omega))
 
 
 def decibels(ratio):

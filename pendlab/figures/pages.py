@@ -7,7 +7,7 @@ frames that stay, and renews caption and description.
 
 import numpy as np
 
-from ..loop import closed_loop_eigenvalues
+from ..loop import closed_loop_eigenvalues, time_constant
 from ..paper.designs import paper_design
 from ..sampled import alignment_interval
 from .frequency import draw_loops, draw_sigma_min, nyquist, sigma_min
@@ -97,10 +97,8 @@ def weights_page(design):
         return moves
 
     def say(data, design):
-        slowest = np.abs(closed_loop_eigenvalues(design.nominal_loop)[0])
-        pace = (
-            f"Slowest time constant {-design.dt / np.log(slowest):.3g} s. " if slowest < 1 else ""
-        )
+        slowest = time_constant(design.nominal_loop)
+        pace = f"Slowest time constant {slowest:.3g} s. " if slowest < np.inf else ""
         first = f"{gain_in_words(design.F)} {pace}{step_words(data[-1])}"
         return (
             "\n".join([first, *_loops_in_words(data, design)]),

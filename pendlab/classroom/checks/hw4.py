@@ -7,19 +7,13 @@ import numpy as np
 from ..._arguments import number
 from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
-from ...loop import closed_loop_eigenvalues
+from ...loop import time_constant
 from .acceptance import modulus_margins, reference, small_margins, unstable, verdict, wrong_design
 from .judging import Verdict, compare
 
 KP = 5.0
 SLOWEST, WANTED, OFFSET, BAND, SETTLED, PEAK = 20.0, 5.0, 0.003, 0.01, 10.0, 0.2
 STEP, LASTING = 0.2, 30.0  # rad, s
-
-
-def time_constant(loop):
-    """Of the slowest closed-loop motion, s; infinite where it does not decay."""
-    largest = np.abs(closed_loop_eigenvalues(loop)[0])
-    return -loop.dt / np.log(largest) if largest < 1 else np.inf
 
 
 def exercise_1(tau, rig=None):
