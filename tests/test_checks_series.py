@@ -156,7 +156,6 @@ RIGHT = {
     "B.5": lambda: (at_input(filters=True),),
 }
 EQUIVALENT = {  # another basis, another form, other names: right all the same
-    "03.1": lambda: ([2, 2, -2], [2, 1]),
     "03.3": lambda: ([2, 1],),
     "A.1": lambda: tuple(X.subs(sp.Symbol("m_t"), sp.Symbol("mu", real=True)) for X in tip()),
     "A.3": lambda: (P * sp.cos(sp.pi), np.int64(0)),
@@ -186,6 +185,7 @@ MISTAKES = {
     "03.1": [
         (lambda: ([[-0.1, -1, 1]], [[-0.01, 0.4]]), "0.9"),
         (lambda: ([[-1, 0, 1]], [[-1, 0]]), "has to know u"),
+        (lambda: ([2, 2, -2], [2, 1]), "another scale"),
     ],
     "03.2": [(lambda: (4,), "both inputs"), (lambda: (8,), "no input kept out")],
     "03.3": [(lambda: ((0, 1),), "worst"), (lambda: ((0, 2),), "all three")],

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from ..._arguments import array
+from ...parameters import load
 
 WORDS = {True: ("✓", "Right"), False: ("…", "Not yet"), None: ("…", "Not answered yet")}
 
@@ -128,6 +129,17 @@ def usual_mistakes(name, truth):
         yield truth.T, f"{name} is transposed."
     if truth.ndim == 1 and truth.size > 1:
         yield truth[::-1], f"{name} holds the right numbers in the opposite order."
+
+
+def not_own(rig, call):
+    """A verdict on the paper's rig, or none, where the student's own is asked for; else None."""
+    if rig is None:
+        return Verdict(False, f"Pass your own rig along: {call}.")
+    if rig in [load(name) for name in ("double", "triple")]:
+        return Verdict(
+            False, 'That is the paper\'s rig; make your own with pl.my_rig("your name").'
+        )
+    return None
 
 
 def all_right(*verdicts):

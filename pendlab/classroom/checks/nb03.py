@@ -17,7 +17,7 @@ POLES, ZERO = (1.1, 1.5), 1.2
 
 
 def exercise_1(T_dead=None, K_dead=None, rig=None):
-    """The deadbeat observer of the three-state example; any multiple of T and K serves as well."""
+    """The deadbeat observer of the three-state example; t3 = 1 fixes the scale."""
     A = np.array([[1, 0, 1], [0, 0.5, 0], [0, 0, 1]])
     B, C = np.array([[0.0], [1], [1]]), np.eye(2, 3)
     model = control.ss(A, B, C, 0, 1)
@@ -30,12 +30,12 @@ def exercise_1(T_dead=None, K_dead=None, rig=None):
     T, K = answers
     if T[0, 2] == 0:
         return Verdict(False, "t3 = 0: then v holds nothing of the speed x3. Take t3 = 1.")
-    T, K = T / T[0, 2], K / T[0, 2]  # the scale of T and K is free
+    scale, T, K = T[0, 2], T / T[0, 2], K / T[0, 2]
     (T_true, K_true), (T_slow, K_slow) = (_unit_member(model, E) for E in (0.0, 0.9))
     listens = "TB = t2 + t3 is not zero: this observer has to know u."
     if abs((T @ B)[0, 0]) > 1e-6:
         return Verdict(False, listens)
-    return all_right(
+    verdict = all_right(
         compare(
             "T_dead",
             T,
@@ -55,6 +55,11 @@ def exercise_1(T_dead=None, K_dead=None, rig=None):
             praise="The speed is the difference of two positions, put right by what was pushed since.",
         ),
     )
+    if verdict and abs(scale - 1) > 1e-6:
+        return Verdict(
+            False, "A deadbeat observer, but in another scale: take t3 = 1, and K with it."
+        )
+    return verdict
 
 
 def exercise_2(dimension_aligned, rig=None):

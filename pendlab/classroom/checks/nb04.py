@@ -25,11 +25,26 @@ def exercise_1(final_angle, rig=None):
     plain = replace(double, Q=double.Q[:4], tracked=()).F
     A, B = double.model.A, double.model.B
     without = np.linalg.solve(np.eye(4) - A + B @ plain, -B @ plain @ [0, OFFSET, 0, 0])[1]
+
+    def after(seconds):
+        """The angle at a time when the integrator is still at work."""
+        loop = A_w - B_w @ F
+        return settled - (np.linalg.matrix_power(loop, round(seconds / double.dt)) @ rest)[1]
+
+    A_w, B_w = plant.A, plant.B
+    rest = np.linalg.solve(np.eye(5) - A_w + B_w @ F, pushed)
+    early = (
+        "Has it settled? The integrator is slow: plot the angle, and wait until it moves no more."
+    )
     return compare(
         "final_angle",
         final_angle,
         settled,
         [
+            *(
+                (after(seconds), early)
+                for seconds in (2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 60)
+            ),
             (0.0, "That is what the sensor shows in the end. The true angle is asked for."),
             (-settled, "The sign: the sensor shows the true angle plus its offset."),
             (without, "That is without the integrator; use `double.F` with its fifth entry."),
@@ -136,6 +151,7 @@ def exercise_4(kp_low, rig=None):
             (at_one(0, 2), "That is motor 1's column; the spring is made by motor 2."),
             (at_one(1, 1), "That feeds back theta2 - theta1; C_p picks out theta3 - theta2."),
         ],
+        tolerance=1e-2,  # two digits
         praise="At z = 1 nothing moves: a static balance, whatever the sampling time.",
     )
 
@@ -195,6 +211,7 @@ def exercise_6(kp_max, rig=None):
             ),
             (triple.kp * (up - 1), "That is how much may be added to k_p."),
         ],
+        tolerance=5e-3,  # three digits
         praise="Not far above the chosen value: the filters have used up what was to spare.",
     )
 
