@@ -260,5 +260,5 @@ def test_commands_are_those_of_the_package(capsys):
         assert stopped.value.code == 0
         known = capsys.readouterr().out
         assert all(option in known for option in re.findall(r"--\w+", arguments))
-    mentioned = set(re.findall(r"`(--\w+)", sheet("README")))
+    mentioned = set(re.findall(r"`(--[\w-]+)", sheet("README")))
     assert mentioned == {"--pdf", "--solutions", "--no-results", "--student", "--help"}
