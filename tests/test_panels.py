@@ -259,9 +259,45 @@ def test_bench_caption_is_that_of_the_run(panel, double_design):
 
 def test_bench_tells_a_fall_and_moves_a_pendulum(panel):
     p = panel("bench double")
-    still = p._beside.value
+    before = p._widget.beside
     words = p.at(height=2.0, length=1.0, at=1.0)
-    assert "falls at" in words and still.startswith("<svg") and p._beside.value != still
+    assert "falls at" in words and 'src="data:image/svg' in before and p._widget.beside != before
+    word, good = p.view.figure.verdict
+    assert word.startswith("falls at") and not good
+
+
+def test_push_after_the_time_shown_is_answered(panel):
+    p = panel("bench triple")
+    assert p.view.figure.verdict == ("stays up", True)
+    words = p.at(height=2.0, length=1.0, at=12.5)  # the window ends at 7 s
+    assert "falls at 1" in words and p.view.figure.verdict[0] in words
+
+
+@pytest.mark.parametrize("name", ["observer triple", "bench double", "bench triple"])
+def test_what_is_called_idle_moves_nothing(panel, name):
+    p = panel(name)
+    if "bench" in name:
+        p.at(**p.presets["Ideal rig"])
+    idle = p.view.idle(p.values)
+    assert len(idle) >= 2
+    told = p.view.figure.table
+    for control in idle:
+        for stop in p.controls[control].stops:
+            p.at(**{control: stop})
+            assert p.view.figure.table == told, control
+        p.at(**p.presets["Reset"])
+        if "bench" in name:
+            p.at(**p.presets["Ideal rig"])
+
+
+@pytest.mark.parametrize("name", MAKERS)
+def test_panels_tell_verdict_and_table_in_sight(panel, name):
+    p = panel(name)
+    state = p._widget.state
+    assert len(p._widget.face["groups"][0]["controls"]) <= 4
+    assert state["alt"] and state["words"]
+    if name != "bar":
+        assert state["verdict"][1] and len(state["table"]) >= 2
 
 
 def test_hardest_push_is_survived_and_the_next_one_not(panel, double_design):

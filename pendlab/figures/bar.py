@@ -11,9 +11,9 @@ import numpy as np
 from .._arguments import array
 from ..parameters import Pendulum
 from ..studies.controllability import ControllabilityMeasures, controllability_measures, with_bar
-from .live import live
 from .moving import check_rig, link_color
 from .style import COLORS, new_figure, styled
+from .updates import live
 
 PANELS = ("singular-value ratio", "distance to uncontrollability", "tilt that can be caught")
 LIMITS = (0.08, 20.0)  # of the drawn factors

@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from .live import live
-from .outcomes import run_in_words
+from .outcomes import run_in_words, run_table, run_verdict
 from .style import look, new_figure, styled
 from .traces import draw_traces, signals
+from .updates import live
 
 STEPS = (1, 2, 5)  # frames end at these times a power of ten, so that they seldom change
 
@@ -45,9 +45,16 @@ def bench_page(run, window):
 
     def say(data, run, window):
         words = run_in_words(run, window[0])
-        return words, f"Angles, rate and voltages over time. {words}"
+        limit = run.saturated.max()
+        at_limit = f" At the voltage limit for {limit:.1%} of the samples." if limit else ""
+        apart = {
+            "lead": f"{run_verdict(run)[0].capitalize()}.{at_limit}",
+            "table": run_table(run, window[0]),
+            "verdict": run_verdict(run),
+        }
+        return words, f"Angles, rate and voltages over time. {words}", apart
 
-    return live(fig, draw, compute, say, run, window)
+    return live(fig, draw, compute, say, run, window, ghosts=True)
 
 
 def _tidy(fig, axes):

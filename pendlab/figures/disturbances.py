@@ -11,8 +11,8 @@ from ..design import Design
 from ..loop import frequency_response
 from ..studies.transmission import closed_loop, peak_gain
 from .frequency import HZ
-from .live import live, part
 from .style import COLORS, angle_name, look, new_figure, styled
+from .updates import live, part
 
 STROKES = ("--", "-", ":", "-.")  # one for each design; the colour says which signal
 

@@ -14,10 +14,10 @@ from ..paper.designs import paper_design
 from ..paper.ledger import published
 from . import words
 from .frequency import draw_nyquist, draw_sigma_min, nyquist, sigma_min
-from .live import live
 from .rootlocus import draw_root_locus, root_locus
 from .style import look, new_figure, styled
 from .turns import draw_contour, draw_turns, full_nyquist
+from .updates import live
 
 __all__ = ["fig6", "fig7", "fig8", "fig10", "fig11", "fig12", "fig13", "fig14", "turns_figure"]
 

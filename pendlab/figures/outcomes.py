@@ -18,6 +18,39 @@ def margins_in_words(curve):
     return f"stable, gain ×{m.gain_down:.2g}–{up}, phase {np.degrees(m.phase):.1f}°, {near}"
 
 
+def loops_table(pairs):
+    """Rows of a table of loops: name -> (`Nyquist` without filters, with filters); heads first."""
+    rows = [["loop", "filters", "closed loop", "gain may go", "phase", "distance from −1"]]
+    for name, curves in pairs.items():
+        for filters, curve in zip(("without", "with"), curves, strict=True):
+            m, near = curve.margins, f"{curve.distance:.3g}"
+            if not curve.count.stable:
+                out = curve.count.unstable_closed
+                rows.append([name, filters, f"UNSTABLE, {out} outside the circle", "", "", ""])
+            elif m is None:
+                rows.append([name, filters, "stable", "", "", near])
+            else:
+                up = f"{m.gain_up:.3g}" if np.isfinite(m.gain_up) else "∞"
+                gain, phase = f"×{m.gain_down:.2g} to ×{up}", f"{np.degrees(m.phase):.1f}°"
+                rows.append([name, filters, "stable", gain, phase, near])
+    return rows
+
+
+def loops_verdict(curves):
+    """(word, good) of one loop's `Nyquist` curves without and with filters."""
+    without, with_ = (curve.count.stable for curve in curves)
+    if without and with_:
+        return "stable", True
+    if without:
+        return "UNSTABLE with filters", False
+    return ("UNSTABLE without filters" if with_ else "UNSTABLE"), False
+
+
+def run_verdict(run):
+    """(word, good) of a run."""
+    return (f"falls at {run.fell_at:.2f} s", False) if run.fell else ("stays up", True)
+
+
 def loops_in_words(name, curves):
     """Both `Nyquist` curves of one loop, without and with filters."""
     without, with_ = map(margins_in_words, curves)
@@ -60,6 +93,16 @@ def short(value):
     ('1230', '0.0342')
     """
     return np.format_float_positional(value, 3, unique=False, fractional=False, trim="-")
+
+
+def run_table(run, start=0.0):
+    """Largest signals of a run from `start` (s) on, as rows of a table; heads first."""
+    late = run.t >= start
+    angles = [f"{angle_in_words(i + 1)}, rad" for i in range(run.rig.n_links)]
+    volts = [f"u{i + 1}, V" for i in range(run.rig.n_motors)]
+    sizes = [f"{np.abs(column[late]).max(initial=0):.3f}" for column in run.angles.T]
+    sizes += [f"{np.abs(column[late]).max(initial=0):.2f}" for column in run.u.T]
+    return [["largest", *angles, *volts], [f"from {start:g} s to {run.t[-1]:.4g} s", *sizes]]
 
 
 def angle_in_words(i):

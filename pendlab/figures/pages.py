@@ -11,8 +11,16 @@ from ..loop import closed_loop_eigenvalues, time_constant
 from ..paper.designs import paper_design
 from ..sampled import alignment_interval
 from .frequency import draw_loops, draw_sigma_min, nyquist, sigma_min
-from .live import live, part
-from .outcomes import gain_in_words, loops_in_words, rows_in_words, run_in_words, short
+from .outcomes import (
+    gain_in_words,
+    loops_in_words,
+    loops_table,
+    loops_verdict,
+    rows_in_words,
+    run_in_words,
+    run_verdict,
+    short,
+)
 from .response import (
     controller_gains,
     draw_gains,
@@ -23,6 +31,7 @@ from .response import (
 from .rootlocus import draw_eigenvalues, draw_marked_locus, remarked, root_locus
 from .style import look, new_figure, styled
 from .traces import draw_traces
+from .updates import live, part
 
 PAGE = 9.1  # inch: sharp beside the file browser on a screen of 1366 px
 POINTS = 1500  # on each Nyquist curve
@@ -65,15 +74,19 @@ def kp_page(design=None):
 
     def say(data, design):
         locus, curves = data
-        return (
+        lead = (
             f"k_p = {design.kp:.4g} V/rad alone leaves {locus.unstable} of {len(locus.marked)} "
             f"eigenvalues outside the unit circle; the fewest are left for {low:.2f} < k_p < "
-            f"{high:.2f}. With {gain_in_words(design.F)}\n{loops_in_words('Loop 2', curves)}",
-            "Eigenvalues in the z-plane on their root locus, and two views of the loop gain at "
-            "input 2, without and with filters.",
+            f"{high:.2f}. With {gain_in_words(design.F)}"
+        )
+        return (
+            f"{lead}\n{loops_in_words('Loop 2', curves)}",
+            f"Eigenvalues in the z-plane on their root locus at k_p = {design.kp:.4g}, and two views "
+            "of the loop gain at input 2, without and with filters.",
+            told_apart(lead, {"2": curves}),
         )
 
-    return live(fig, draw, compute, say, design)
+    return live(fig, draw, compute, say, design, ghosts=True)
 
 
 @styled()
@@ -104,9 +117,10 @@ def weights_page(design):
             "\n".join([first, *_loops_in_words(data, design)]),
             "Nyquist curves without and with filters, closed-loop eigenvalues in the z-plane, and "
             "relative angles over logarithmic time after a step in the reference.",
+            told_apart(first, _named_loops(data, design)),
         )
 
-    return live(fig, draw, compute, say, design)
+    return live(fig, draw, compute, say, design, ghosts=True)
 
 
 @styled()
@@ -136,9 +150,10 @@ def observer_page(design):
             "\n".join([first, *_loops_in_words(data, design)]),
             "Nyquist curves without and with filters, and the controller's gain from each reading "
             "to the voltage of motor 1 over frequency.",
+            told_apart(first, _named_loops(data, design)),
         )
 
-    return live(fig, draw, compute, say, design)
+    return live(fig, draw, compute, say, design, ghosts=True)
 
 
 @styled()
@@ -188,13 +203,17 @@ def triple_page(design, simulate):
             f"Both loops: smallest singular value {lowest[0]:.1f} dB without filters, "
             f"{lowest[1]:.1f} dB with. On the bench: {run_in_words(data[4])}"
         )
+        apart = told_apart(f"{gain_in_words(design.F)}\n{last}", _named_loops(data, design))
+        word, good = apart["verdict"]
+        on_bench, up = run_verdict(data[4])
         return (
             "\n".join([gain_in_words(design.F), *_loops_in_words(data, design), last]),
             "Six axes: Figs 10, 11, 12 and 14 without and with filters, and angles and voltages of "
             "a simulated run on the bench.",
+            {**apart, "verdict": (f"{word}; on the bench {on_bench}", good and up)},
         )
 
-    return live(fig, draw, compute, say, design)
+    return live(fig, draw, compute, say, design, ghosts=True)
 
 
 # What the pages share
@@ -236,6 +255,19 @@ def _loops_in_words(data, design):
         loops_in_words(f"Loop {k + 1}" if several else "The loop", data[k])
         for k in range(design.rig.n_motors)
     ]
+
+
+def _named_loops(data, design):
+    return {str(k + 1): data[k] for k in range(design.rig.n_motors)}
+
+
+def told_apart(lead, loops):
+    """What a panel tells apart: sentences, table of the loops, verdict of the closed loop.
+
+    All loops of one design have the same closed loop, so the first one tells of it.
+    """
+    first = next(iter(loops.values()))
+    return {"lead": lead, "table": loops_table(loops), "verdict": loops_verdict(first)}
 
 
 def _small(fig):

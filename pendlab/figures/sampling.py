@@ -6,11 +6,11 @@ import numpy as np
 
 from ..loop import sorted_eigenvalues
 from .frequency import HZ, draw_loops
-from .live import live, part
 from .outcomes import loops_in_words
-from .pages import LOOKS, ONE_LOOP, UNIT_DISK, legend_below, loop_curves, page
+from .pages import LOOKS, ONE_LOOP, UNIT_DISK, legend_below, loop_curves, page, told_apart
 from .rootlocus import draw_eigenvalues
 from .style import COLORS, styled
+from .updates import live, part
 
 
 @dataclass(frozen=True)
@@ -71,15 +71,19 @@ def sampling_page(design):
         unstable = sorted_eigenvalues(design.model.A)
         unstable = ", ".join(f"{z.real:.4f}" for z in unstable[np.abs(unstable) > 1])
         filters, hold = lag.at(lag.crossover)
-        return (
+        lead = (
             f"Sampled every {1e3 * design.dt:.3g} ms the unstable eigenvalues are z = {unstable}. At "
             f"the crossover, {lag.crossover:.3g} Hz, the filters lag by {filters:.1f}° and the hold "
-            f"by {hold:.1f}°.\n{loops_in_words('The loop', curves)}",
+            f"by {hold:.1f}°."
+        )
+        return (
+            f"{lead}\n{loops_in_words('The loop', curves)}",
             "Eigenvalues of the sampled plant with filters, phase lag of filters and hold over "
             "frequency with the crossover marked, and the loop gain without and with filters.",
+            told_apart(lead, {"1": curves}),
         )
 
-    return live(fig, draw, compute, say, design)
+    return live(fig, draw, compute, say, design, ghosts=True)
 
 
 def draw_lag(ax, data, frame):

@@ -6,7 +6,7 @@ from ..bench.imperfections import Imperfections, Pulse, bench_imperfections, ben
 from ..bench.many import simulate_many
 from ..bench.simulation import simulate
 from ..figures.benchpage import bench_page
-from ..figures.moving import animate_svg
+from ..figures.moving import animation
 from ..figures.outcomes import angle_in_words
 from ..paper.designs import paper_design
 from .panel import Panel
@@ -32,7 +32,7 @@ def bench_panel(name="triple"):
     last = {}
 
     def run(values):
-        return simulate(rig, controller, values["window"][1], **bench_case(rig, values))
+        return simulate(rig, controller, bench_end(values), **bench_case(rig, values))
 
     def update(**values):
         last.update(run=run(values), window=values["window"])
@@ -43,7 +43,14 @@ def bench_panel(name="triple"):
         inside = (t >= last["window"][0]) & (t <= last["window"][1])
         if inside.sum() < 2:
             inside = slice(-2, None)
-        return animate_svg(rig, t[inside], last["run"].angles[inside], width=280, height=370)
+        return animation(
+            rig,
+            t[inside],
+            last["run"].angles[inside],
+            caption="The pendulum in real time",
+            width=280,
+            height=350,
+        ).data
 
     def search(values, progress):
         return hardest_push(rig, controller, values, progress)
@@ -55,13 +62,14 @@ def bench_panel(name="triple"):
     return Panel(
         f"The {name} on the bench",
         controls,
-        View(fig, update, fig.moving, moving),
+        View(fig, update, fig.moving, moving, bench_idle),
         legend=(
             "Reference: of the relative angle θ2−θ1, from the start on. Start by hand: initial angles "
             "as a multiple of the bench's.",
             "Push: a torque on one link for a while. The button finds the largest one that the "
             "pendulum survives, with everything else as set.",
             "Each imperfection has a switch and its value; the bench's values come from the data file.",
+            "A push after the time shown is simulated too: the verdict tells how it ends.",
             "Traces: what the computer reads and sends. Right: the pendulum in real time.",
         ),
         presets={
@@ -70,6 +78,7 @@ def bench_panel(name="triple"):
             "A push": push,
         },
         actions={"How hard may the push be?": search},
+        first=("height", "at", "window"),
     )
 
 
@@ -127,6 +136,39 @@ def bench_controls(rig, windows):
             *per_motor("contact_damping", "damping {}, s/rad", 1e-3, 10),
         ],
     }  # fmt: skip
+
+
+# Switch -> the beginnings of the names of what moves nothing while it is off, and its name.
+NEEDS = {
+    "offset_on": (("offset",), "sensor offsets"),
+    "delay_on": (("delay",), "computation delay"),
+    "resolution_on": (("resolution",), "A/D converter"),
+    "dac_on": (("dac",), "D/A converter"),
+    "noise_on": (("noise", "rate_noise"), "noise"),
+    "hinge_on": (("hinge",), "dry friction, hinges"),
+    "gear_on": (("gear_friction",), "dry friction, gears"),
+    "gap_on": (("gap", "contact_stiffness", "contact_damping"), "backlash"),
+}
+
+
+def bench_idle(values):
+    """Controls that move nothing at these values, and why."""
+    idle = {}
+    for switch, (beginnings, label) in NEEDS.items():
+        for name in values:
+            if not values[switch] and name.rstrip("123456") in beginnings:
+                idle[name] = f"needs the switch {label}"
+    if not values["hinge_on"] and not values["gear_on"]:
+        idle["presliding"] = "needs dry friction"
+    if not values["height"]:
+        idle |= dict.fromkeys(("link", "at", "length"), "needs a push other than 0 N m")
+    return idle
+
+
+def bench_end(values):
+    """Until when to simulate, s: the time shown, and what comes of a push after it."""
+    push_ends = values["at"] + values["length"] + 5.0 if values["height"] else 0.0
+    return max(values["window"][1], push_ends)
 
 
 def bench_case(rig, values):

@@ -63,6 +63,7 @@ def weights_panel(name="double"):
             "Faster integrator": {"Q" + str(len(design.Q)): 100 * design.Q[-1]},
             "Cheap voltage": {"R": design.R[0] / 100},
         },
+        first=("Q2", f"Q{len(design.Q)}", "R"),
     )
 
 
@@ -90,7 +91,7 @@ def observer_panel(name="double"):
     return Panel(
         f"E and the choice in the null space, {name}",
         controls,
-        View(fig, update, fig.moving),
+        View(fig, update, fig.moving, idle=IDLE.get(name)),
         legend=(
             *choice[name],
             LOOPS,
@@ -131,6 +132,7 @@ def triple_panel():
             "Below: the nonlinear pendulum with filters, limits, converters, friction and backlash.",
         ),
         presets={PAPER: paper, "Softer spring": {"k_p": 4.0}},
+        first=("k_p", "R", "alpha"),
     )
 
 
@@ -177,6 +179,14 @@ def turned(design, alpha, beta, phi1, phi2):
     return near_printed(design, (alpha, beta), (phi1, phi2))
 
 
+def directions_idle(values):
+    """With equal eigenvalues every direction is another description of the same observer."""
+    if values["alpha"] != values["beta"]:
+        return {}
+    return dict.fromkeys(("phi1", "phi2"), "moves no loop while alpha = beta")
+
+
+IDLE = {"triple": directions_idle}
 CHOOSE = {"double": between_printed, "triple": turned}
 
 
@@ -199,9 +209,9 @@ def _weight_sliders(design):
     labels += [f"rate of {angle}, s²/rad²" for angle in angles]
     labels += ["weight of w, 1/(rad s)²"]
     return [
-        Slider(f"Q{k + 1}", label, 1e-4, 1e4, weight, log=True, zero=True)
+        Slider(f"Q{k + 1}", f"Q{k + 1}: {label}", 1e-4, 1e4, weight, log=True, zero=True)
         for k, (label, weight) in enumerate(zip(labels, design.Q, strict=True))
-    ] + [Slider("R", "R of u1, 1/V²", 1e-3, 1e3, design.R[0], log=True)]
+    ] + [Slider("R", "R: u1, 1/V²", 1e-3, 1e3, design.R[0], log=True)]
 
 
 def _kp_slider(design):

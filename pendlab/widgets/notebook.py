@@ -1,17 +1,21 @@
-"""What a panel needs to know of its notebook: cells, callbacks that hold nothing, closing, legends."""
+"""What a panel needs to know of its notebook: cells, callbacks that hold nothing, closing."""
 
-from html import escape
 from weakref import WeakMethod
 
+KEYS = (
+    "Keyboard: Tab to a control; arrow keys, Page Up and Page Down, Home and End move a slider. ▲ marks "
+    "where it starts; a short line a power of ten."
+)
 
-def weakly(method, name):
-    """`method(name, event)` as a callback that does not keep the panel alive."""
+
+def weakly(method):
+    """`method(event)` as a callback that does not keep the panel alive."""
     reference = WeakMethod(method)
 
-    def called(event):
+    def called(event=None):
         method = reference()
         if method is not None:
-            method(name, event)
+            method(event)
 
     return called
 
@@ -28,17 +32,6 @@ def running_cell():
 
 
 def close_all(widget):
-    """Close a widget with all that belongs to it: children, layouts, styles."""
-    for child in getattr(widget, "children", ()):
-        close_all(child)
-    for part in (getattr(widget, "style", None), widget.layout, widget):
-        if part is not None:
-            part.close()
-
-
-def legend_html(lines):
-    if not lines:
-        return ""
-    items = "".join(f"<li>{escape(line)}</li>" for line in lines)
-    keys = "Keyboard: Tab to a control; arrow keys, Page Up and Page Down move a slider."
-    return f"<details><summary>What is what</summary><ul>{items}<li>{keys}</li></ul></details>"
+    """Close a widget with the layout that belongs to it."""
+    for part in (widget.layout, widget):
+        part.close()

@@ -1,26 +1,29 @@
-"""Controls round a picture: the one module that imports ipywidgets.
+"""Controls round a picture that follow each other, in a page that is live and in one that is saved.
 
-A `Panel` keeps one Agg figure, lets a tested update function move its artists, and sends the picture
-to an Image widget and the outcome in words to an HTML widget. What is shown needs no Output widget,
-so a saved notebook keeps picture and caption, and exceptions reach the tests.
+A `Panel` keeps one Agg figure, lets a tested update function move its artists, and sends picture,
+verdict and words to its `Face` in the browser. Beside the live panel stands its last picture with
+alternative text and caption, hidden while the panel lives: what a saved notebook shows without a kernel.
 """
 
+import asyncio
 import time
-from collections import deque
-from contextlib import contextmanager
 from html import escape
+from secrets import token_hex
 from weakref import finalize
 
-import ipywidgets as widgets
 import numpy as np
 
 from .._arguments import found
 from ..figures.picture import Picture
-from .notebook import close_all, legend_html, running_cell, weakly
-from .parts import Choice, Switch
+from ..figures.style import image_html, small_png
+from .face import Face
+from .notebook import KEYS, close_all, running_cell, weakly
+from .parts import Choice, Slider, Switch
 
 SLOW = 0.4  # s; updates that take longer announce themselves
 WIDTH = 1120  # px; what JupyterLab leaves of a 1366 px screen
+REST = 1.0  # s after the last move until the page's stored picture follows
+_CANNOT = (ValueError, ArithmeticError, np.linalg.LinAlgError)
 
 
 class Panel:
@@ -30,80 +33,77 @@ class Panel:
     ----------
     title : heading of the panel
     controls : `Slider`, `Switch` and `Choice` in the order shown; or a dict of such lists by
-        heading, shown as tabs
+        heading, each folded under it
     view : `View`
     legend : what each control and part of the picture does; plain text, one line each
     presets : buttons, name -> values by control name, such as ``{"Paper's values": {"k_p": 10}}``
     actions : buttons for what takes longer, name -> function of (values, progress) that returns a
         sentence to add to the caption and calls ``progress(done, all)`` on the way
     continuous : whether the picture follows while a slider is dragged (else when it is let go)
+    first : names of the controls that are in sight at once, the rest is folded; all of up to four,
+        else three
+
+    Raises
+    ------
+    TypeError, ValueError : parts that are none, names that come twice or are not known
     """
 
     def __init__(
-        self, title, controls, view, legend=(), presets=None, actions=None, continuous=True
+        self,
+        title,
+        controls,
+        view,
+        legend=(),
+        presets=None,
+        *,
+        actions=None,
+        continuous=True,
+        first=None,
     ):
-        groups = controls if isinstance(controls, dict) else {"": controls}
+        groups = controls if isinstance(controls, dict) else {"More": controls}
         self.title, self.view = title, view
-        self.controls = {c.name: c for group in groups.values() for c in group}
-        start = {name: control.value for name, control in self.controls.items()}
-        self.presets = {**(presets or {}), "Reset": start}
+        self.controls = _named(groups)
+        self._values = {name: control.value for name, control in self.controls.items()}
+        self.presets = {**(presets or {}), "Reset": dict(self._values)}
         self.actions = dict(actions or {})
         self.caption = ""
         self._picture = Picture(view.figure, view.moving)
-        self._quiet, self._seconds = False, 0.0
-        self._fields, self._sliders = {}, {}
-        self._sent = {}  # positions that the code gave each slider since a hand last moved it
-        width = self._picture.size[0]
-        self._image = widgets.Image(
-            format="png",
-            layout=_layout(width=f"{width}px", max_width="100%", align_self="flex-start"),
+        self._seconds, self._still, self._rest, self._sound = 0.0, None, None, True
+        self._mark = f"pendlab-{token_hex(4)}"
+        self._widget = Face(
+            face={
+                "title": title,
+                "groups": _groups(groups, self._first(first)),
+                "buttons": [*self.presets, *self.actions],
+                "legend": [*legend, KEYS],
+                "width": self._picture.size[0],
+                "still": self._mark,
+                "continuous": continuous,
+            }
         )
-        self._beside, self._words = widgets.HTML(), widgets.HTML()
-        self._progress = widgets.IntProgress(layout=_layout(display="none", width="160px"))
-        buttons = [self._button(name, self._preset) for name in self.presets]
-        buttons += [self._button(name, self._act) for name in self.actions]
-        self._widget = widgets.VBox(
-            [
-                widgets.HTML(f"<b>{escape(title)}</b>"),
-                self._arranged(groups, continuous),
-                widgets.HBox(
-                    [*buttons, self._progress],
-                    layout=_layout(flex_flow="row wrap"),
-                ),
-                widgets.HBox([self._image, self._beside], layout=_layout(align_items="flex-start")),
-                self._words,
-                widgets.HTML(legend_html(legend)),
-            ]
-        )
-        # ipywidgets remembers every widget; when nobody holds the panel any more, they may go.
+        self._widget.observe(weakly(self._moved), "hand")
+        # ipywidgets remembers every widget; when nobody holds the panel any more, it may go.
         finalize(self, close_all, self._widget).atexit = False
         self._redraw()
 
     @property
     def picture(self):
         """The PNG that is shown."""
-        return bytes(self._image.value)
+        return bytes(self._widget.picture)
 
     @property
     def values(self):
         """The controls' values by name."""
-        return {name: field.value for name, field in self._fields.items()}
+        return dict(self._values)
 
     def at(self, **values):
         """Move controls in code; the caption that results.
 
-        Values outside a slider are brought to its nearer end, as the field would do.
+        Raises
+        ------
+        ValueError : a control that is not there, or a value that it cannot take
         """
-        for name in values:
-            if name not in self._fields:
-                raise ValueError(
-                    f"{name}: this panel has no such control; it has {', '.join(self._fields)}."
-                )
-        clipped = {name: self.controls[name].clipped(value) for name, value in values.items()}
-        with self._silence():
-            for name, value in clipped.items():
-                self._set(name, value)
-        self._redraw()
+        self._redraw(self._checked(values))
         return self.caption
 
     def ends(self):
@@ -120,175 +120,163 @@ class Panel:
             raise ValueError(
                 f"name: expected one of {', '.join(self.actions) or 'no'} actions, {found(name)}."
             )
-        self._progress.layout.display = "flex"
         try:
             sentence = self.actions[name](self.values, self._show_progress)
         except _CANNOT as problem:
             sentence = f"{name}: {problem}"
-        finally:
-            self._progress.layout.display = "none"
-        self._say(f"{self.caption}\n{sentence}")
+        self._show(caption=f"{self.caption}\n{sentence}", more=sentence)
         return self.caption
 
     def close(self):
-        """Take the panel's widgets out of the page and out of memory."""
+        """Take the panel's widget out of the page and out of memory."""
         close_all(self._widget)
 
-    # Controls
+    # From the page
 
-    def _arranged(self, groups, continuous):
-        boxes = [
-            widgets.GridBox(
-                [self._row(control, continuous) for control in group],
-                layout=_layout(
-                    grid_template_columns="repeat(auto-fill, minmax(270px, 1fr))",
-                    grid_gap="0 14px",
-                    width="100%",
-                    max_width=f"{WIDTH}px",
-                ),
-            )
-            for group in groups.values()
-        ]
-        if len(boxes) == 1:
-            return boxes[0]
-        return widgets.Tab(boxes, titles=list(groups), layout=_layout(max_width=f"{WIDTH}px"))
-
-    def _row(self, control, continuous):
-        style = {"description_width": "initial"}
-        if isinstance(control, Switch):
-            field = widgets.Checkbox(control.value, description=control.label, indent=False)
-            parts = [field]
-        elif isinstance(control, Choice):
-            field = widgets.Dropdown(
-                options=list(control.options.items()),
-                value=control.value,
-                description=control.label,
-                style=style,
-            )
-            parts = [field]
+    def _moved(self, change):
+        """What a hand did in the browser."""
+        hand = change["new"]
+        self._sharpen(hand.get("ratio", 1))
+        if hand.get("button") in self.actions:
+            self.act(hand["button"])
         else:
-            field = widgets.BoundedFloatText(
-                value=control.value,
-                min=min(control.stops),
-                max=control.high,
-                step=None,
-                description=control.label,
-                style=style,
-                layout=_layout(width=f"{6.4 * len(control.label) + 88:.0f}px", flex="0 0 auto"),
-            )
-            self._sliders[control.name] = self._slider(control, continuous)
-            self._sent[control.name] = deque([control.position_of(control.value)], maxlen=20)
-            parts = [field, self._sliders[control.name]]
-        field.observe(weakly(self._typed, control.name), "value")
-        self._fields[control.name] = field
-        return widgets.HBox(parts)
+            try:
+                values = self._wanted(hand)
+            except _CANNOT as problem:
+                self._show(more=f"{problem} It stays as it was.", sound=False)
+            else:
+                self._redraw(values)
+        self._store_soon()
 
-    def _slider(self, control, continuous):
-        first, last, step = control.span
-        slider = widgets.FloatSlider(
-            value=control.position_of(control.value),
-            min=first,
-            max=last,
-            step=step,
-            readout=False,
-            continuous_update=continuous,
-            layout=_layout(flex="1 1 60px", width="auto", min_width="60px"),
-        )
-        slider.observe(weakly(self._slid, control.name), "value")
-        return slider
+    def _wanted(self, hand):
+        """The values that a hand asks for."""
+        if "button" in hand:
+            return self._checked(self.presets[hand["button"]])
+        if "name" not in hand:
+            return {}
+        control = self.controls[hand["name"]]
+        if "text" in hand:
+            return {control.name: control.read(hand["text"])}
+        if "position" in hand:
+            return {control.name: control.value_at(hand["position"])}
+        value = hand["value"]
+        return {control.name: control.stops[value] if isinstance(control, Choice) else bool(value)}
 
-    def _button(self, name, pressed):
-        button = widgets.Button(description=name, layout=_layout(width="auto"))
-        button.on_click(weakly(pressed, name))
-        return button
+    def _checked(self, values):
+        for name in values:
+            if name not in self.controls:
+                raise ValueError(
+                    f"{name}: this panel has no such control; it has {', '.join(self.controls)}."
+                )
+        return {name: self.controls[name].checked(value) for name, value in values.items()}
 
-    def _slid(self, name, change):
-        control, position = self.controls[name], change["new"]
-        # The browser puts a slider onto its nearest step when it appears, and may say so after the
-        # code has moved on. That is not a move: it must not change a value such as 3 that lies
-        # between two steps, nor bring an earlier value back.
-        near = 0.51 * control.span[2]
-        if self._quiet:
-            return
-        echo = next((sent for sent in self._sent[name] if abs(position - sent) <= near), None)
-        if echo is not None:
-            current = control.position_of(self._fields[name].value)
-            if echo != current:
-                self._sent[name].remove(echo)  # said once; the next time it is a hand
-            with self._silence():
-                self._sliders[name].value = current
-            return
-        self._sent[name].clear()  # a hand is on the slider now
-        with self._silence():
-            self._fields[name].value = control.value_at(position)
-        self._sent[name].append(position)
-        self._redraw()
-
-    def _typed(self, name, _):
-        if not self._quiet:
-            with self._silence():
-                self._set(name, self._fields[name].value)
-            self._redraw()
-
-    def _preset(self, name, _):
-        self.at(**self.presets[name])
-
-    def _act(self, name, _):
-        self.act(name)
-
-    def _set(self, name, value):
-        if name in self._sliders:
-            position = self.controls[name].position_of(value)
-            self._sent[name].append(position)
-            self._sliders[name].value = position
-        self._fields[name].value = value
-
-    @contextmanager
-    def _silence(self):
-        """Widgets that follow each other must not answer each other."""
-        self._quiet = True
-        try:
-            yield
-        finally:
-            self._quiet = False
+    def _sharpen(self, ratio):
+        """Draw as many dots as the screen has."""
+        dpi = 100 * min(max(float(ratio), 1.0), 2.0)
+        if dpi != self.view.figure.dpi:
+            self.view.figure.set_dpi(dpi)
+            self._picture = Picture(self.view.figure, self.view.moving)
 
     # What is shown
 
-    def _redraw(self):
+    def _redraw(self, values=None):
+        """Compute and draw with these values changed."""
         start = time.perf_counter()
+        self._values.update(values or {})
         if self._seconds > SLOW:
-            self._words.value = "<p>Computing ... <progress></progress></p>"
+            self._widget.state = {**self._widget.state, "busy": True}
         try:
-            caption, sound = self.view.update(**self.values), True
+            caption, self._sound = self.view.update(**self._values), True
         except _CANNOT as problem:
-            caption, sound = f"These values cannot work. {problem}", False
+            caption, self._sound = f"These values cannot work. {problem}", False
             if self.picture:
                 caption += " The picture still shows the last ones."
-        if sound or not self.picture:
-            self._image.value = self._picture.png()
-            if self.view.beside is not None:
-                self._beside.value = self.view.beside()
-        self._say(caption, sound)
+        with self._widget.hold_sync():
+            self._show(caption=caption)
+            if self._sound or not self.picture:
+                self._widget.picture = self._picture.png()
+                if self.view.beside is not None:
+                    self._widget.beside = self.view.beside()
         self._seconds = time.perf_counter() - start
 
-    def _say(self, caption, sound=True):
-        self.caption = caption
-        colour = "" if sound else "color:#B00020;font-weight:bold;"
-        lines = escape(caption).replace("\n", "<br>")
-        self._words.value = (
-            f'<p role="status" style="{colour}line-height:1.35;margin:0;max-width:{WIDTH}px">'
-            f"{lines}</p>"
-        )
+    def _show(self, caption=None, more="", sound=None, progress=None):
+        """Send values, verdict and words; `more` is said after them."""
+        self.caption = self.caption if caption is None else caption
+        sound, figure = self._sound if sound is None else sound, self.view.figure
+        lead = getattr(figure, "lead", None) if self._sound else None
+        verdict = getattr(figure, "verdict", None) if self._sound else ("cannot work", False)
+        lines = [*(lead if lead is not None else self.caption).split("\n")]
+        self._widget.state = {
+            "values": {name: self._sent(name) for name in self.controls},
+            "idle": self.view.idle(self.values) if self.view.idle else {},
+            "verdict": verdict,
+            "table": getattr(figure, "table", None) or [] if self._sound else [],
+            "words": [*lines, more] if more and more not in lines else lines,
+            "sound": sound,
+            "alt": getattr(figure, "alt", "") or self.caption,
+            "progress": progress,
+            "count": self._widget.hand.get("count"),
+        }
+
+    def _sent(self, name):
+        control, value = self.controls[name], self._values[name]
+        if isinstance(control, Slider):
+            return [control.position_of(value), f"{value:g}", control.spoken(value)]
+        return control.stops.index(value) if isinstance(control, Choice) else value
 
     def _show_progress(self, done, total):
-        self._progress.max, self._progress.value = total, done
+        self._widget.state = {**self._widget.state, "progress": [done, total]}
 
-    def _repr_mimebundle_(self, include=None, exclude=None):
-        """The live widget, a still picture where there is no kernel, and the caption as text."""
+    def _first(self, first):
+        names = list(self.controls)
+        if first is None:
+            return names if len(names) <= 4 else names[:3]
+        unknown = [name for name in first if name not in names]
+        if unknown:
+            raise ValueError(f"first: expected names of controls, found {unknown[0]!r}.")
+        return list(first)
+
+    # In the page
+
+    def _ipython_display_(self):
+        """The live panel, and after it the picture that stays."""
+        from IPython.display import display
+
         self._replace_earlier_copy()
-        bundle = self._widget._repr_mimebundle_()
-        bundle = bundle[0] if isinstance(bundle, tuple) else bundle
-        return {**bundle, "image/png": self.picture, "text/plain": self.caption}
+        view = self._widget._repr_mimebundle_()
+        view = view[0] if isinstance(view, tuple) else view
+        display({**view, "text/plain": self.title}, raw=True)
+        self._still = display(self.still(), raw=True, display_id=True)
+
+    def still(self):
+        """The picture with its words as a notebook stores it, hidden where the panel lives."""
+        picture = small_png(self.view.figure, self.view.moving)
+        alt = getattr(self.view.figure, "alt", "") or self.caption
+        image = image_html(picture, alt, width=self._widget.face["width"])
+        words = "<br>".join(escape(line) for line in self.caption.split("\n"))
+        # Without a kernel JupyterLab would show an error in the place of the live panel.
+        empty = f".jp-OutputArea-child:has(+ .jp-OutputArea-child .{self._mark}):not(:has(.pendlab-face))"
+        return {
+            "text/html": f"<style>{empty} {{ display: none }}</style>"
+            f'<div class="{self._mark}"><b>{escape(self.title)}</b><br>{image}<p>{words}</p></div>',
+            "image/png": picture,
+            "text/plain": self.caption,
+        }
+
+    def _store_soon(self):
+        """Let the stored picture follow once the hand rests."""
+        if self._still is None:
+            return
+        try:
+            loop = asyncio.get_running_loop()
+        except RuntimeError:
+            return  # no kernel's loop, as in a script
+        if self._rest is not None:
+            self._rest.cancel()
+        self._rest = loop.call_later(REST, weakly(self._store))
+
+    def _store(self, _=None):
+        self._still.update(self.still(), raw=True)
 
     def _replace_earlier_copy(self):
         """Close the panel that an earlier run of the same cell has left, unless it shows elsewhere."""
@@ -302,11 +290,42 @@ class Panel:
         return self.caption
 
 
-_CANNOT = (ValueError, ArithmeticError, np.linalg.LinAlgError)
 # (cell, title) -> the panel shown there. A page shows its panels whether or not a variable holds
 # them; running the cell again replaces its entry.
 _SHOWN = {}
 
 
-def _layout(**settings):
-    return widgets.Layout(**settings)
+def _named(groups):
+    """The controls by name, checked."""
+    controls = {}
+    for control in (control for group in groups.values() for control in group):
+        if not isinstance(control, (Slider, Switch, Choice)):
+            raise TypeError(
+                f"controls: expected pl.Slider, pl.Switch or pl.Choice, {found(control)}."
+            )
+        if control.name in controls:
+            raise ValueError(f"controls: expected names that differ, found {control.name!r} twice.")
+        controls[control.name] = control
+    return controls
+
+
+def _groups(groups, first):
+    """What the page shows of the controls: first those in sight, then the rest by heading."""
+    by_name = {control.name: control for group in groups.values() for control in group}
+    shown = [{"heading": "", "controls": [_told(by_name[name]) for name in first]}]
+    for heading, group in groups.items():
+        rest = [_told(control) for control in group if control.name not in first]
+        if rest:
+            shown.append({"heading": heading, "controls": rest})
+    return shown
+
+
+def _told(control):
+    """One control for the page."""
+    told = {"name": control.name, "label": control.label}
+    if isinstance(control, Switch):
+        return {**told, "kind": "switch"}
+    if isinstance(control, Choice):
+        return {**told, "kind": "choice", "options": list(map(str, control.options))}
+    start = control.position_of(control.value)
+    return {**told, "kind": "slider", "last": control.last, "start": start, "ticks": control.ticks}

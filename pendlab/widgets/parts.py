@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import number
+from .._arguments import found, number
 
 NOTCH = 0.05  # decades between two positions of a logarithmic slider
 
@@ -17,11 +17,14 @@ class Slider:
     Parameters
     ----------
     name : of the argument that the update function takes
-    label : what it is, with its unit, such as ``"k_p, V/rad"``
+    label : what it is, with its unit behind the last comma, such as ``"k_p, V/rad"``
     low, high : ends of the slider; the field takes no other numbers
-    value : where it starts
+    value : where it starts; marked on the slider
     log : the slider moves in decades; with `zero` its lowest notch stands for 0
     step : of a linear slider; log sliders move by a twentieth of a decade
+
+    >>> Slider("k_p", "k_p, V/rad", 0.1, 100, 10, log=True).spoken(10.0)
+    '10 V/rad'
     """
 
     name: str
@@ -36,43 +39,77 @@ class Slider:
     def __post_init__(self):
         number(f"{self.name} low", self.low, above=0 if self.log else None)
         number(f"{self.name} high", self.high, above=self.low)
-        if self.clipped(self.value) != self.value:
-            raise ValueError(
-                f"{self.name} value: expected {self.low:g} to {self.high:g}"
-                f"{' or 0' if self.zero else ''}, found {self.value:g}."
-            )
+        if self.step is not None:
+            number(f"{self.name} step", self.step, above=0)
+        self.checked(self.value, f"{self.name} value")
 
     @property
-    def span(self):
-        """First and last slider position and the step between positions."""
-        if not self.log:
-            return self.low, self.high, self.step or (self.high - self.low) / 100
-        first, last = np.log10(self.low), np.log10(self.high)
-        return first - (NOTCH if self.zero else 0), last, NOTCH
+    def last(self):
+        """The highest position; positions are whole numbers from 0 on."""
+        if self.log:
+            return round(np.log10(self.high / self.low) / NOTCH) + self.zero
+        return max(1, round((self.high - self.low) / self._step))
+
+    @property
+    def _step(self):
+        return self.step or (self.high - self.low) / 100
 
     @property
     def stops(self):
         """The ends that tests move to."""
         return [0.0, self.low, self.high] if self.zero else [self.low, self.high]
 
-    def clipped(self, value):
-        """`value` brought between the ends."""
-        return min(max(number(self.name, value), 0.0 if self.zero else self.low), self.high)
+    def checked(self, value, name=None):
+        """`value` as a number between the ends, or a sentence on why not."""
+        value = number(name or self.name, value)
+        if self.low <= value <= self.high or (self.zero and value == 0):
+            return value
+        raise ValueError(
+            f"{name or self.name}: expected {self.low:g} to {self.high:g}"
+            f"{' or 0' if self.zero else ''}, found {value:g}."
+        )
 
     def value_at(self, position):
-        """The value at a slider position, to three digits where it moves in decades."""
-        if not self.log:
-            return float(f"{position:.6g}")
-        if self.zero and position < np.log10(self.low) - NOTCH / 5:
-            return 0.0
-        return self.clipped(float(f"{10**position:.3g}"))
+        """The value at a position, to three digits where it moves in decades."""
+        position = min(max(int(position), 0), self.last)
+        if self.log:
+            if self.zero and position == 0:
+                return 0.0
+            value = float(f"{self.low * 10 ** (NOTCH * (position - self.zero)):.3g}")
+        else:
+            value = float(f"{self.low + position * self._step:.6g}")
+        return min(max(value, self.low), self.high)
 
     def position_of(self, value):
-        """The slider position of a value."""
-        first, last, _ = self.span
+        """The position nearest to a value."""
+        if not self.log:
+            return round((value - self.low) / self._step)
+        if value < self.low:
+            return 0
+        return round(np.log10(value / self.low) / NOTCH) + self.zero
+
+    @property
+    def ticks(self):
+        """Positions to mark, with what to write there: ends, decades or zero."""
         if self.log:
-            value = np.log10(value) if value > 0 else first
-        return float(min(max(value, first), last))
+            decades = np.arange(np.ceil(np.log10(self.low)), np.floor(np.log10(self.high)) + 1)
+            marks = [(self.position_of(10.0**decade), "") for decade in decades]
+            return [(0, "0"), *marks] if self.zero else marks
+        inner = [0.0] if self.low < 0 < self.high else []
+        return [(self.position_of(value), "") for value in (self.low, *inner, self.high)]
+
+    def spoken(self, value):
+        """The value with its unit, as a screen reader says it."""
+        _, _, unit = self.label.rpartition(", ")
+        return f"{value:g} {unit}" if unit != self.label else f"{value:g}"
+
+    def read(self, text):
+        """The value that was typed; a comma may stand for the point."""
+        try:
+            value = float(str(text).strip().replace(",", "."))
+        except ValueError:
+            raise ValueError(f"{self.name}: expected a number, {found(text)}.") from None
+        return self.checked(value)
 
 
 @dataclass(frozen=True)
@@ -88,8 +125,10 @@ class Switch:
         """The ends that tests move to."""
         return [not self.value]
 
-    def clipped(self, value):
+    def checked(self, value):
         """`value` as True or False."""
+        if not isinstance(value, (bool, np.bool_)):
+            raise TypeError(f"{self.name}: expected True or False, {found(value)}.")
         return bool(value)
 
 
@@ -102,16 +141,19 @@ class Choice:
     options: dict
     value: object
 
+    def __post_init__(self):
+        self.checked(self.value)
+
     @property
     def stops(self):
         """The ends that tests move to."""
         return list(self.options.values())
 
-    def clipped(self, value):
+    def checked(self, value):
         """`value` itself, or a ValueError that names what can be chosen."""
         if value not in self.stops:
             known = ", ".join(map(str, self.stops))
-            raise ValueError(f"{self.name}: expected one of {known}, found {value!r}.")
+            raise ValueError(f"{self.name}: expected one of {known}, {found(value)}.")
         return value
 
 
@@ -121,15 +163,19 @@ class View:
 
     Attributes
     ----------
-    figure : Agg figure, laid out once
+    figure : Agg figure, laid out once. What it carries is shown with it: ``alt``, the description;
+        ``verdict``, (word, whether it is good); ``table``, rows of text, the first one the heads;
+        ``lead``, the sentences that the table leaves
     update : function of the controls' values by name; changes the artists and returns the caption,
         plain text with the outcome in words; raises ValueError with a sentence for values that
         cannot work, before it changes anything
     moving : artists that are redrawn on a kept background; the whole figure where it is empty
     beside : function without arguments that gives HTML to show beside the picture, such as an SVG
+    idle : function of the values that names the controls that move nothing now, and says why
     """
 
     figure: object
     update: Callable
     moving: tuple = ()
     beside: Callable | None = None
+    idle: Callable | None = None

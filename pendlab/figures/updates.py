@@ -1,9 +1,11 @@
 """Figures that move: how each of them gets its ``update``."""
 
+from matplotlib.lines import Line2D
+
 from .style import describe, freeze_layout
 
 
-def live(fig, draw, compute, say, *subject):
+def live(fig, draw, compute, say, *subject, ghosts=False):
     """Draw a figure once and give it ``fig.update(*subject)``, so that sliders can drive it.
 
     Parameters
@@ -13,8 +15,11 @@ def live(fig, draw, compute, say, *subject):
         functions of the data that change the artists and return those that moved (or nothing)
     compute : function of the subject, such as a design; what cannot be is refused here, before
         anything has moved
-    say : function of (data, *subject) that gives caption and description
+    say : function of (data, *subject) that gives caption and description, and for a panel a dict of
+        what is told apart: ``verdict`` (word, whether it is good), ``table`` (rows of text, heads
+        first), ``lead`` (the sentences that the table leaves)
     subject : what is drawn at first
+    ghosts : whether the curves of that first subject stay, pale, while others move
 
     Returns
     -------
@@ -24,11 +29,15 @@ def live(fig, draw, compute, say, *subject):
     moves = draw(data)
     freeze_layout(fig)
     fig.moving = tuple(artist for move in moves for artist in move(data) or ())
+    if ghosts:
+        _leave_ghosts(fig.moving)
 
     def speak(data, *subject):
-        caption, alt = say(data, *subject)
+        caption, alt, *apart = say(data, *subject)
         describe(fig, caption, alt)
         fig.caption = caption  # its lines stay apart
+        for name, value in (apart[0] if apart else {}).items():
+            setattr(fig, name, value)
         return fig
 
     def update(*subject):
@@ -39,6 +48,16 @@ def live(fig, draw, compute, say, *subject):
 
     fig.update = update
     return speak(data, *subject)
+
+
+def _leave_ghosts(moving):
+    """A pale copy of every curve and mark where it is now."""
+    for line in moving:
+        if isinstance(line, Line2D):
+            ghost = Line2D(*line.get_data())
+            ghost.update_from(line)
+            ghost.set(alpha=0.28, zorder=1.5, label="_")
+            line.axes.add_line(ghost)
 
 
 def part(move, *keys):

@@ -1,0 +1,150 @@
+// A panel in the page: see face.py. Python writes face, state and picture, the browser writes hand.
+
+function make(tag, attributes = {}, ...children) {
+  const node = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes))
+    if (value !== undefined && value !== false) node.setAttribute(name, value === true ? "" : value);
+  node.append(...children);
+  return node;
+}
+let count = 0;
+function render({ model, el }) {
+  const face = model.get("face"), id = "pendlab" + ++count, fields = {};
+  let moves = 0;
+  function say(hand) {
+    model.set("hand", { ...hand, count: ++moves, ratio: window.devicePixelRatio || 1 });
+    model.save_changes();
+  }
+  const root = make("div", { class: "pendlab-face" });
+  // The front ends take arrow keys, letters and the space bar for themselves otherwise. With Control
+  // or Command held down their shortcuts stay theirs: a student saves with a slider in hand.
+  const suppress = (on) => on ? root.setAttribute("data-lm-suppress-shortcuts", "true")
+                              : root.removeAttribute("data-lm-suppress-shortcuts");
+  const modifier = (event) => event.key === "Control" || event.key === "Meta";
+  root.addEventListener("keydown", (event) => modifier(event) && suppress(false), true);
+  root.addEventListener("keyup", (event) => modifier(event) && suppress(true), true);
+  root.addEventListener("focusin", () => suppress(true));
+  suppress(true);
+  function row(control) {
+    const name = control.name, note = make("small", { id: id + name + "why" });
+    const label = make("label", { for: id + name }, control.label);
+    if (control.kind === "switch") {
+      const box = make("input", { type: "checkbox", id: id + name });
+      box.onchange = () => say({ name, value: box.checked });
+      fields[name] = { show: (value) => (box.checked = value), parts: [box], note };
+      return make("div", { class: "row" }, box, label, note);
+    }
+    if (control.kind === "choice") {
+      const options = control.options.map((text, k) => make("option", { value: k }, text));
+      const box = make("select", { id: id + name }, ...options);
+      box.onchange = () => say({ name, value: Number(box.value) });
+      fields[name] = { show: (value) => (box.value = value), parts: [box], note };
+      return make("div", { class: "row" }, label, box, note);
+    }
+    const range = make("input", { type: "range", id: id + name, min: 0, max: control.last, step: 1 });
+    const text = make("input", { type: "text", inputmode: "decimal", class: "number",
+                                 "aria-label": control.label + ", as a number" });
+    const at = (k) => `calc(8px + ${k / control.last} * (100% - 16px))`;
+    const ticks = control.ticks.map(([k, word]) =>
+      make("span", { class: "tick", style: `left: ${at(k)}` }, word));
+    const start = make("span", { class: "start", style: `left: ${at(control.start)}`,
+                                 title: "where it starts" }, "\u25b2");
+    const move = (k) => {
+      range.value = k;
+      say({ name, position: Number(range.value) });
+    };
+    range[face.continuous ? "oninput" : "onchange"] = () => say({ name, position: Number(range.value) });
+    const jumps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10,
+                    Home: -1e6, End: 1e6 };
+    range.onkeydown = (event) => {
+      if (!(event.key in jumps)) return;
+      event.preventDefault();
+      event.stopPropagation();
+      move(Number(range.value) + jumps[event.key]);
+    };
+    text.onchange = () => say({ name, text: text.value });
+    fields[name] = {
+      show: ([position, written, spoken], mine) => {
+        // While a hand is ahead of the kernel, the slider stays in the hand.
+        if (!mine || document.activeElement !== range) range.value = position;
+        if (!mine || document.activeElement !== text) text.value = written;
+        range.setAttribute("aria-valuetext", spoken);
+      },
+      parts: [range, text],
+      note,
+    };
+    return make("div", { class: "row" }, label, text,
+      make("span", { class: "track" }, range, make("span", { class: "ticks", "aria-hidden": "true" },
+        ...ticks, start)), note);
+  }
+  const buttons = face.buttons.map((name) => {
+    const button = make("button", { type: "button" }, name);
+    button.onclick = () => say({ button: name });
+    return button;
+  });
+  const progress = make("progress", { hidden: true, "aria-label": "progress" });
+  const image = make("img", { width: face.width }), beside = make("div", { class: "beside" });
+  const badge = make("span", { class: "badge" }), words = make("div", { role: "status" });
+  const table = make("div");
+  const groups = face.groups.map(({ heading, controls }) => {
+    const grid = make("div", { class: "grid" }, ...controls.map(row));
+    if (!heading) return grid;
+    return make("details", {}, make("summary", {}, heading), grid);
+  });
+  const legend = face.legend.map((line) => make("li", {}, line));
+  root.append(
+    make("style", {}, `.jp-OutputArea-child:has(.${face.still}), .${face.still} { display: none }`),
+    make("div", { class: "head" }, make("b", {}, face.title), badge),
+    ...groups,
+    make("div", { class: "buttons" }, ...buttons, progress),
+    make("div", { class: "views" }, image, beside), words, table,
+    make("details", {}, make("summary", {}, "What is what"), make("ul", {}, ...legend)),
+  );
+  el.append(root);
+
+  function show() {
+    const state = model.get("state"), hand = state.count !== undefined && state.count < moves;
+    for (const [name, value] of Object.entries(state.values)) fields[name].show(value, hand);
+    for (const [name, field] of Object.entries(fields)) {
+      const why = state.idle[name] || "";
+      field.note.textContent = why;
+      for (const part of field.parts) {
+        part.disabled = Boolean(why);
+        part.setAttribute("aria-describedby", field.note.id);
+      }
+    }
+    badge.textContent = state.verdict ? state.verdict[0] : "";
+    badge.className = "badge " + (state.verdict ? (state.verdict[1] ? "good" : "bad") : "none");
+    words.className = state.sound ? "words" : "words wrong";
+    words.replaceChildren(...state.words.map((line) => make("p", {}, line)));
+    const rows = state.table.map((cells, k) => make("tr", {},
+      ...cells.map((cell, j) => make(k && j ? "td" : "th", { scope: k ? "row" : "col" }, cell))));
+    table.replaceChildren(...(rows.length ? [make("table", {}, ...rows)] : []));
+    image.alt = state.alt;
+    root.classList.toggle("busy", Boolean(state.busy));
+    progress.hidden = !state.progress;
+    if (state.progress) [progress.value, progress.max] = state.progress;
+  }
+  const accompany = () => (beside.innerHTML = model.get("beside"));
+  let address;
+  function paint() {
+    const next = URL.createObjectURL(new Blob([model.get("picture")], { type: "image/png" }));
+    image.src = next;
+    if (address) URL.revokeObjectURL(address);
+    address = next;
+  }
+  model.on("change:state", show);
+  model.on("change:picture", paint);
+  model.on("change:beside", accompany);
+  show();
+  paint();
+  accompany();
+  if ((window.devicePixelRatio || 1) > 1) say({});
+  return () => {
+    model.off("change:state", show);
+    model.off("change:picture", paint);
+    model.off("change:beside", accompany);
+    URL.revokeObjectURL(address);
+  };
+}
+export default { render };
