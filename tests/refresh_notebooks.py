@@ -7,6 +7,7 @@ Each runs in a fresh kernel; an error stops with the cell's message and leaves t
 What changes from run to run (timing, widget state, ids) is dropped, so that diffs stay small.
 """
 
+import re
 import sys
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from nbclient import NotebookClient
 from pendlab.classroom.editions import stamp
 
 ROOT = Path(__file__).parent.parent
+MARK = re.compile("pendlab-[0-9a-f]{8}")
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 
 
@@ -57,14 +59,13 @@ def settle(notebook):
     for number, cell in enumerate(c for c in notebook.cells if c.cell_type == "code"):
         cell.execution_count = number + 1
         cell.outputs = joined(cell.outputs)
-        views = 0
         for output in cell.outputs:
             if output.output_type == "execute_result":
                 output.execution_count = number + 1
-            if WIDGET_VIEW in output.get("data", {}):
-                # The id of a live widget means nothing in a file; nbval skips this entry.
-                output.data[WIDGET_VIEW]["model_id"] = f"{cell.id}-{views}"
-                views += 1
+            # A live panel means nothing in a file; the picture that stands beside it stays.
+            output.get("data", {}).pop(WIDGET_VIEW, None)
+            if "text/html" in output.get("data", {}):
+                output.data["text/html"] = MARK.sub("pendlab-00000000", output.data["text/html"])
 
 
 def joined(outputs):

@@ -18,6 +18,7 @@ NEEDED = (
     "control",
     "matplotlib",
     "ipywidgets",
+    "anywidget",
     "sympy",
     "jupyterlab",
     "ipykernel",
