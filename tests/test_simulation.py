@@ -222,6 +222,8 @@ def test_the_amplifier_saturates_after_its_filter():
     (9.0, dict(voltage_resolution=0.4), 9.2),
     (-50.0, dict(saturation=True, voltage_resolution=0.4), -9.0),
     (8.9, dict(saturation=True, voltage_resolution=0.4), 8.8),
+    (8.99, dict(voltage_resolution=0.4), 8.8),  # the edges of the code 22
+    (8.61, dict(voltage_resolution=0.4), 8.8),
 ])  # fmt: skip
 def test_no_rounding_leaves_the_amplifiers_limits(asked, on, sent):
     rig, on = pl.load("double"), pl.Imperfections(**on)

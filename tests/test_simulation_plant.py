@@ -181,6 +181,22 @@ def test_inner_step_follows_the_fastest_motion():
     assert (clock.late, clock.steps) == (1, 11)
 
 
+@pytest.mark.parametrize("name", ["hinge_friction", "gear_friction"])
+def test_a_dry_contact_is_as_fast_as_its_presliding_is_short(name):
+    # A spring of stiffness torque/presliding: a hundredth of the angle, ten times the frequency.
+    rates = [
+        fastest_rate(pl.load("triple"), pl.Imperfections(**{name: 1.0}, presliding=reach))
+        for reach in (1e-4, 1e-6, 1e-8)
+    ]
+    assert np.array(rates[1:]) / rates[:-1] == pytest.approx(10, rel=0.02)
+
+
+def test_the_step_follows_the_fastest_of_plant_and_input_filters():
+    rig = rig_of(2, 1)
+    fast = dataclasses.replace(rig, filters=pl.Filters((1000.0,), (1.0,) * 3))
+    assert fastest_rate(fast, pl.Imperfections(filters=True)) == pytest.approx(2000 * np.pi)
+
+
 SCRIPT = """
 import json, warnings, numpy as np
 with warnings.catch_warnings(record=True) as said:
