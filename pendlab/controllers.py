@@ -98,6 +98,7 @@ class Controller:
 
     def estimate(self, state, y):
         """xhat(n) = L1 y(n) + L2 v(n): step 2."""
+        y = self._outputs(state, y)
         return self.observer.L1 @ y + self.observer.L2 @ state.v
 
     def control(self, state, y):
@@ -114,6 +115,7 @@ class Controller:
         y_ref = array("y_ref", y_ref)
         if y_ref.ndim:
             y_ref = array("y_ref", y_ref, (len(self.tracked),))
+        u = array("u", np.atleast_1d(array("u", u)), (len(self.F),))
         v = o.E @ state.v + o.H @ u + o.K @ y
         w = state.w + self.dt * (y_ref - y[list(self.tracked)])
         return ControllerState(v, w)
@@ -128,7 +130,7 @@ class Controller:
 
     def _outputs(self, state, y):
         instance("state", state, ControllerState, "controller.start()")
-        return array("y", y, (self.observer.K.shape[1],), finite=False)
+        return array("y", y, (self.observer.K.shape[1],))
 
 
 def controller(F, observer, dt=0.01, tracked=1, kp=None, *, u_max=None):

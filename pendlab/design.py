@@ -1,9 +1,9 @@
 """The whole way from a rig and its weights to a controller, as one value that can be changed."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
-from ._arguments import flag, whole
+from ._arguments import array, flag, instance, number, whole
 from .controllers import controller
 from .gain import lqr
 from .loop import broken_at, open_loop, state_feedback_loop
@@ -45,8 +45,25 @@ class Design:
     dt: float = 0.01
     tracked: int | tuple = 1
 
+    def __post_init__(self):
+        instance("rig", self.rig, Pendulum, 'pl.load("double")')
+        for name in ("Q", "R", "E"):
+            array(name, getattr(self, name))
+        if self.kp is not None:
+            number("kp", self.kp)
+        if self.coefficients is not None:
+            array("coefficients", self.coefficients)
+        number("dt", self.dt, above=0)
+        for index in self.tracked if isinstance(self.tracked, (tuple, list)) else [self.tracked]:
+            whole("tracked", index)
+
     def changed(self, **choices):
         """The design with other choices; computed values that do not depend on them go along."""
+        if unknown := choices.keys() - {field.name for field in fields(self)}:
+            raise TypeError(
+                f"{min(unknown)}: no choice of a design; these are "
+                f"{', '.join(field.name for field in fields(self))}."
+            )
         new = replace(self, **choices)
         for name, needs in NEEDS.items():
             if name in self.__dict__ and not needs & choices.keys():

@@ -56,7 +56,8 @@ def lqr(model, Q, R):
     Q, R = Q * scale, R * scale
     solve = control.dlqr if model.dt else control.lqr
     try:
-        F = np.asarray(solve(model.A, model.B, Q, R)[0])
+        with np.errstate(invalid="ignore"):  # what comes of it is judged below
+            F = np.asarray(solve(model.A, model.B, Q, R)[0])
     except (ValueError, np.linalg.LinAlgError) as problem:
         raise ValueError(
             f"Q, R: the Riccati equation could not be solved for these weights ({problem}); "

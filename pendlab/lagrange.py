@@ -8,7 +8,8 @@ from functools import cached_property, lru_cache
 
 import sympy as sp
 
-from ._arguments import whole
+from ._arguments import instance, whole
+from .parameters import Pendulum
 
 
 @dataclass(frozen=True)
@@ -55,7 +56,7 @@ class EquationsOfMotion:
 
     def values(self, rig):
         """The numbers of `rig` for `symbols`."""
-        return parameter_values(rig)
+        return parameter_values(instance("rig", rig, Pendulum, 'pl.load("double")'))
 
     @cached_property
     def linear(self):

@@ -56,6 +56,12 @@ class Observer:
         """Largest entries of TA - ET - KC, H - TB and [L1 L2][C; T] - I for `model`."""
         state_space("model", model, sampled=True)
         A, B, C = model.A, model.B, model.C
+        if (model.nstates, model.noutputs, model.ninputs) != (*self.L1.shape, self.H.shape[1]):
+            raise ValueError(
+                f"model: expected {self.L1.shape[0]} states, {self.L1.shape[1]} outputs and "
+                f"{self.H.shape[1]} inputs as the observer has, found {model.nstates}, "
+                f"{model.noutputs} and {model.ninputs}."
+            )
         return {
             "TA - ET - KC": float(np.abs(self.T @ A - self.E @ self.T - self.K @ C).max()),
             "H - TB": float(np.abs(self.H - self.T @ B).max()),
@@ -139,6 +145,8 @@ def luenberger(model, E, K):
     K = array("K", K, (None, None))
     E = dynamics(E, len(K))
     K = array("K", K, (len(E), model.noutputs))
+    if not K.any():
+        raise ValueError("K: expected one that is not zero, found only zeros, which give T = 0.")
     _apart(model, E)
     return observer(model, E, solve_sylvester(-E, model.A, K @ model.C), K)
 
@@ -166,11 +174,14 @@ class ObserverFamily:
     def split(self, alpha):
         """T (p, n) and K (p, q) from the vector alpha."""
         p, n = len(self.E), self.model.nstates
+        alpha = array("alpha", alpha, (self.basis.shape[1],))
         return alpha[: p * n].reshape(p, n), alpha[p * n :].reshape(p, self.model.noutputs)
 
     def member(self, coefficients):
         """The `Observer` with alpha = coefficients . basis; ValueError where [C; T] is singular."""
         coefficients = array("coefficients", coefficients, (self.dimension,))
+        if not np.any(coefficients):
+            raise ValueError("coefficients: expected one that is not zero, found only zeros.")
         T, K = self.split(coefficients @ self.basis)
         return observer(self.model, self.E, T, K)
 
@@ -181,6 +192,7 @@ class ObserverFamily:
     def distance(self, T, K):
         """Distance of (T, K) from the null space, relative to the size of (T, K)."""
         alpha = self._alpha(T, K)
+        alpha = alpha / (np.abs(alpha).max() or 1.0)
         residual = alpha - self.basis.T @ (self.basis @ alpha)
         return float(np.linalg.norm(residual) / max(np.linalg.norm(alpha), 1e-300))
 
@@ -192,7 +204,9 @@ class ObserverFamily:
 
     def condition(self, coefficients):
         """Condition number of [C; T] at `coefficients` (any size of them)."""
-        T, _ = self.split(np.asarray(coefficients) @ self.basis)
+        c = np.atleast_1d(array("coefficients", coefficients))
+        c = array("coefficients", c, (self.dimension,))
+        T, _ = self.split(c / (np.abs(c).max() or 1.0) @ self.basis)
         return float(np.linalg.cond(np.vstack([self.model.C, T])))
 
     @cached_property

@@ -5,7 +5,7 @@ from numbers import Real
 
 import numpy as np
 
-from .._arguments import flag, instance, number, numbers, whole
+from .._arguments import flag, instance, number, numbers, one_of, whole
 from ..parameters import DATA, Pendulum, entry, load, read_toml
 
 
@@ -87,7 +87,9 @@ class Imperfections:
 
     def each(self, name, count):
         """The entry `name` as an array with `count` values."""
-        value = getattr(self, name)
+        known = sorted(PER_OUTPUT | PER_LINK | PER_HINGE | PER_MOTOR)
+        value = getattr(self, one_of("name", name, known))
+        whole("count", count, least=1, most=1000)
         if np.ndim(value) == 0:
             return np.full(count, float(value))
         return np.array(numbers(name, value, count=count))

@@ -191,6 +191,6 @@ def _too_fine(rate, span, inner_step):
             f"use at least {span / MOST_STEPS:.2g} s, a shorter t_end, or leave it out."
         )
     return (
-        f"imperfections: {most}, found a motion of {rate:.3g} 1/s over {span:g} s; take a softer "
+        f"imperfections, dt: {most}, found a motion of {rate:.3g} 1/s over {span:g} s; take a softer "
         "contact, a larger presliding, less damping, or a shorter t_end."
     )

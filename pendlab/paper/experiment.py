@@ -4,16 +4,26 @@ from functools import lru_cache
 
 import numpy as np
 
+from .._arguments import instance, number, one_of
 from ..bench.imperfections import bench_imperfections, bench_start
-from ..bench.simulation import simulate
+from ..bench.simulation import Run, simulate
 from ..models import angle_names
 from .designs import paper_design
 from .ledger import published
 
 
-@lru_cache
 def bench_run(name, t_end=37.0):
-    """The paper's rig and controller on the bench of ``data/gearbox.toml``, from its start by hand."""
+    """The paper's rig and controller on the bench of ``data/gearbox.toml``, from its start by hand.
+
+    >>> bench_run("double", t_end=1.0).fell
+    False
+    """
+    paper_design(name)
+    return _bench_run(name, number("t_end", t_end, least=0))
+
+
+@lru_cache
+def _bench_run(name, t_end):
     design = paper_design(name)
     return simulate(
         design.rig,
@@ -26,7 +36,7 @@ def bench_run(name, t_end=37.0):
 
 def signals(run):
     """Panel -> {look: trace}, as recorded by the paper's computer: readings and sent voltages."""
-    n = run.rig.n_links
+    n = instance("run", run, Run, "pl.simulate(...)").rig.n_links
     panels = {
         "a": {name: run.y[:, i] for i, name in enumerate(angle_names(n))},
         "b": {"rate": run.y[:, n]},
@@ -41,6 +51,7 @@ def fill(run, number):
 
     Readings outside the frame show as lowest < frame low or highest > frame high.
     """
+    one_of("number", number, (15, 16, 17))
     result = {}
     for panel, traces in signals(run).items():
         low, high = published(f"fig{number}{panel}.y_axis").values

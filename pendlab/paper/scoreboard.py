@@ -5,6 +5,7 @@ from html import escape
 
 import numpy as np
 
+from .._arguments import found
 from ..loop import frequency_response, margins, sorted_eigenvalues
 from ..nyquist import encirclements
 from ..parameters import load
@@ -111,7 +112,10 @@ def scoreboard(keys=None):
     >>> scoreboard("eq23").totals["reproduced"]
     1
     """
-    wanted = ("",) if keys is None else (keys,) if isinstance(keys, str) else tuple(keys)
+    wanted = ("",) if keys is None else (keys,) if isinstance(keys, str) else keys
+    if not isinstance(wanted, (list, tuple)) or not all(isinstance(key, str) for key in wanted):
+        raise TypeError(f"keys: expected the beginning of a key or a list of them, {found(keys)}.")
+    wanted = tuple(wanted)
     entries = [entry for entry in published() if entry.key.startswith(wanted)]
     if not entries:
         raise ValueError(
