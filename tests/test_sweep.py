@@ -271,6 +271,7 @@ def good():
         "bench_run": dict(name="double", t_end=0.1),
         "signals": dict(run=m("run")),
         "fill": dict(run=m("run3"), number=15),
+        "unknown_input_observer": dict(model=m("model"), noise=[0.01, 0.01, 0.1]),
         "step_times": dict(controller=m("controller"), repeat=3),
         "largest_pulses": dict(
             rig=m("rig"), controller=m("controller"), lengths=[0.1], imperfections=None,
