@@ -8,7 +8,13 @@ from pathlib import Path
 from . import __version__
 
 # Modules that offer commands, by ``add_commands(commands)``.
-COMMANDS = ("classroom.doctor", "classroom.release", "classroom.course", "classroom.bundle")
+COMMANDS = (
+    "classroom.doctor",
+    "classroom.release",
+    "classroom.course",
+    "classroom.leaderboard",
+    "classroom.bundle",
+)
 
 
 def main(arguments=None):

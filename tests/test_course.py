@@ -137,6 +137,8 @@ def hand_in(folder, student, released, said=""):
     cells = {cell.id: cell for cell in notebook.cells}
     cells["90-ex1-solution"].source = said + RIGHT
     cells["90-ex2-solution"].source = "states = 6"
+    if student == "good":
+        cells["90-ex2-solution-why"].source = "Because of the rates."
     path = folder / "submitted" / student / STEM / f"{STEM}.ipynb"
     if student == "half":
         cells["90-ex1-solution"].source += "\nt_triple = 1"
@@ -232,10 +234,14 @@ def test_answers_in_words_wait_for_the_marker(graded):
 
     folder, _ = graded
     with Gradebook(f"sqlite:///{folder / 'gradebook.db'}") as gradebook:
-        submission = gradebook.find_submission(STEM, "good")
-        waiting = [grade for part in submission.notebooks for grade in part.grades]
-        by_hand = {grade.name: grade.max_score for grade in waiting if grade.auto_score is None}
-    assert by_hand == {}  # its text was left as released, which nbgrader counts as no answer
+        (part,) = gradebook.find_submission(STEM, "good").notebooks
+        (waiting,) = (grade for grade in part.grades if grade.needs_manual_grade)
+        assert (waiting.name, waiting.max_score) == ("90-ex2-solution-why", 1)
+        waiting.manual_score = 0.5
+        gradebook.db.commit()
+        assert part.score == 4.5
+        (blank,) = gradebook.find_submission(STEM, "blank").notebooks
+        assert not any(grade.needs_manual_grade for grade in blank.grades)
     assert "full points: Without the rates" in (folder / "marking" / f"{STEM}.md").read_text()
 
 
@@ -284,7 +290,7 @@ def test_series_makes_a_course_with_all_its_points():
         for cell in notebook.cells:
             points = cell.metadata.get("nbgrader", {}).get("points", 0)
             total += points
-            if cell.id.endswith("-check"):
+            if re.fullmatch(r".+-ex\d+-check", cell.id):
                 assert cell.source.rstrip().endswith(f", points={points:g})")
             elif points:
                 assert "*Your answer here.*" not in cell.source

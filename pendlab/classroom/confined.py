@@ -72,9 +72,12 @@ def _python():
 
 
 def limit():
-    """Bound memory, size of files and processor time of this process and its children."""
-    import resource
-
+    """Bound memory, size of files and processor time of this process and its children (not on
+    Windows)."""
+    try:
+        import resource
+    except ImportError:
+        return
     bounds = {"RLIMIT_AS": MEMORY, "RLIMIT_FSIZE": FILES, "RLIMIT_CPU": SECONDS, "RLIMIT_CORE": 0}
     for name, bound in bounds.items():
         resource.setrlimit(getattr(resource, name), (bound, bound))
