@@ -253,7 +253,8 @@ def test_homework_named_exists():
 
 def test_commands_are_those_of_the_package(capsys):
     commands = re.findall(r"^    python -m pendlab (\w+)(.*)$", sheet("README"), re.M)
-    assert {name for name, _ in commands} >= {"student", "teacher", "handout", "bundle", "warm"}
+    ours = {"student", "teacher", "handout", "bundle", "warm", "course", "leaderboard"}
+    assert {name for name, _ in commands} >= ours
     for name, arguments in commands:
         with pytest.raises(SystemExit) as stopped:
             main([name, *arguments.split(), "--help"])
@@ -261,4 +262,5 @@ def test_commands_are_those_of_the_package(capsys):
         known = capsys.readouterr().out
         assert all(option in known for option in re.findall(r"--\w+", arguments))
     mentioned = set(re.findall(r"`(--[\w-]+)", sheet("README")))
-    assert mentioned == {"--pdf", "--solutions", "--no-results", "--student", "--help"}
+    editions = {"--pdf", "--solutions", "--no-results", "--student", "--help"}
+    assert mentioned == editions | {"--confined"}

@@ -35,7 +35,7 @@ def available():
 
 def command(arguments, folder, writable=(), readable=()):
     """The arguments, run by bubblewrap in a folder; `writable` folders are shared with the world."""
-    from ..bench.generated import cache_folders
+    from ..bench.cache import cache_folders
 
     binds = [part for path in SYSTEM for part in ("--ro-bind-try", path, path)]
     binds += ["--proc", "/proc", "--dev", "/dev", "--tmpfs", "/tmp", "--size", str(4 * FILES)]

@@ -18,7 +18,8 @@ from string import Template
 
 from . import confined as prison
 from . import exercises as paper
-from .editions import SAMPLES, expand, stamp, student
+from .editions import SAMPLES, stamp, student
+from .files import embed_pictures, notebooks, writable
 
 MANIFEST = ".pendlab-course.json"
 CELL_SECONDS = 120
@@ -70,15 +71,15 @@ UNAVAILABLE = (
 )
 
 
-def course(notebooks, folder, confined=False):
-    """Lay out a course; what a teacher has changed stays.
+def course(sources, folder, confined=False):
+    """Lay out a course from solved notebooks, or folders of them; what a teacher has changed stays.
 
     Returns
     -------
     (written, kept) : paths of new or renewed files, and of files with a teacher's changes
     """
-    folder = Path(folder).resolve()
-    wanted = files([path.resolve() for path in expand(notebooks)], confined)
+    folder = writable("DIR", folder)
+    wanted = files([path for path, _ in notebooks(sources, folder)], confined)
     manifest = folder / MANIFEST
     sums = json.loads(manifest.read_text(encoding="utf-8")) if manifest.exists() else {}
     written, kept = [], []
@@ -111,6 +112,7 @@ def files(paths, confined=False):
         notebook = nbformat.read(path, as_version=4)
         if not paper.exercises(notebook):
             continue
+        embed_pictures(notebook, path.parent)
         name, marking = assignment(path), paper.marking(path)
         text = nbformat.writes(source(notebook, marking)) + "\n"
         if f"source/{name}/{path.name}" in found:
@@ -208,11 +210,12 @@ def sheet(name, exercises, marking):
 
 
 def add_commands(commands):
+    about = "A course for nbgrader: source notebooks with points, configuration, marking sheets."
     parser = commands.add_parser(
         "course",
-        help="a course for nbgrader: sources, points, configuration",
-        description="Lay out a course for nbgrader. Run again, it renews what you have not changed.",
-        epilog="example: python -m pendlab course control-lab --confined",
+        help=about,
+        description=f"{about} Run again, it renews what you have not changed.",
+        epilog="python -m pendlab course control-lab --confined",
     )
     parser.add_argument("folder", type=Path, metavar="DIR", help="where the course goes")
     parser.add_argument(
@@ -223,10 +226,12 @@ def add_commands(commands):
         help="solved notebooks, or folders of them (default: notebooks)",
     )
     parser.add_argument(
-        "--confined", action="store_true", help="run hand-ins shut in (Linux with bubblewrap)"
+        "--confined",
+        action="store_true",
+        help="run hand-ins shut in, on Linux with bubblewrap (default: as you)",
     )
     parser.set_defaults(run=_run)
-    gone = commands.add_parser("mark", help="gone: nbgrader marks now, see course")
+    gone = commands.add_parser("mark", help="Gone: nbgrader marks, see course.")
     gone.add_argument("anything", nargs=argparse.REMAINDER)
     gone.set_defaults(run=_gone)
 

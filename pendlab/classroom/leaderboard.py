@@ -142,14 +142,13 @@ def table(entries):
 
 
 def add_commands(commands):
-    parser = commands.add_parser(
-        "leaderboard",
-        help="the contest of homework 9, played again for all",
-        description="Play the contest of homework 9 again for every class that was handed in.",
-        epilog="example: python -m pendlab leaderboard submitted --season 2",
-    )
+    about = "The contest of homework 9, played again for every class that was handed in."
+    example = "python -m pendlab leaderboard submitted --season 2"
+    parser = commands.add_parser("leaderboard", help=about, description=about, epilog=example)
     parser.add_argument("folder", type=Path, metavar="DIR", help="hand-ins, a folder for each")
-    parser.add_argument("--season", type=int, default=1, help="of the contest (default: 1)")
+    parser.add_argument(
+        "--season", type=int, default=1, help="of the contest (default: %(default)s)"
+    )
     parser.add_argument(
         "--seconds", type=float, default=300, help="for each class (default: %(default)s)"
     )
