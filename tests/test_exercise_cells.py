@@ -8,6 +8,7 @@ import pytest
 from refresh_notebooks import ROOT, notebooks
 
 from pendlab.classroom import exercises as paper
+from pendlab.classroom.gaps import names
 
 NOTEBOOKS = {path.stem: path for path in sorted((ROOT / "notebooks").glob("*.ipynb"))}
 EVERY = [path for path in notebooks() if path.stem != "extending"]
@@ -58,15 +59,14 @@ def test_cells_after_an_exercise_need_no_solution(notebook):
     """A student who skips an exercise can go on."""
     given, gaps = set(), set()
     for code in (c for c in notebook["cells"] if c["cell_type"] == "code"):
-        tree = ast.parse(code["source"])
-        names = paper.bound(tree.body)
+        reads, binds = names(code["source"])
         part = paper.PART.fullmatch(code["id"])
         if part and part["role"] == "solution":
-            gaps |= names - given
+            gaps |= binds - given
         elif not part:
-            missing = paper.used([tree]) & gaps - names
+            missing = reads & gaps
             assert not missing, f"{code['id']} needs {missing} from a solution"
-            given, gaps = given | names, gaps - names
+            given, gaps = given | binds, gaps - binds
 
 
 def test_points_by_hand_are_taken_out_of_those_an_exercise_has():

@@ -6,8 +6,6 @@ between nbgrader's markers. Functions take a notebook as a dictionary and nothin
 library, so that the marker can read what it does not trust.
 """
 
-import ast
-import hashlib
 import json
 import re
 import tomllib
@@ -144,59 +142,3 @@ def replace(source, begin, end, stub=""):
 
 def has_solution(cell):
     return BEGIN_SOLUTION in cell["source"] or END_SOLUTION in cell["source"]
-
-
-def fingerprint(source):
-    """Checksum of a cell's source that trailing blanks do not change."""
-    lines = [line.rstrip() for line in source.strip().splitlines()]
-    return hashlib.sha256("\n".join(lines).encode()).hexdigest()
-
-
-def split(source):
-    """What precedes the first marked region, and the names bound from there on in the cell."""
-    first = region(source)[0][0] + 1  # the marker's line, from 1
-    body = ast.parse(source).body
-    given = [node for node in body if node.end_lineno < first]
-    theirs = [node for node in body if node.end_lineno >= first]
-    return "\n".join(ast.unparse(node) for node in given), sorted(bound(theirs))
-
-
-def bound(nodes):
-    """Names that statements bind or change (targets, imports, definitions, item assignments)."""
-    found = set()
-    for node in nodes:
-        found |= _bound_here(node)
-    return found
-
-
-def _bound_here(node):
-    if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
-        return {node.name}
-    if isinstance(node, (ast.Import, ast.ImportFrom)):
-        return {(name.asname or name.name).split(".")[0] for name in node.names}
-    if isinstance(node, (ast.Lambda, ast.ListComp, ast.SetComp, ast.DictComp, ast.GeneratorExp)):
-        return {part.target.id for part in ast.walk(node) if isinstance(part, ast.NamedExpr)}
-    if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
-        return {node.id}
-    found = set()
-    if isinstance(node, (ast.Attribute, ast.Subscript)) and isinstance(node.ctx, ast.Store):
-        found |= _base(node)
-    if isinstance(node, ast.Expr) and isinstance(node.value, ast.Call):
-        found |= _base(node.value.func)  # a bare call may change its object: rows.append(...)
-    return found | bound(ast.iter_child_nodes(node))
-
-
-def _base(node):
-    while isinstance(node, (ast.Attribute, ast.Subscript)):
-        node = node.value
-    return {node.id} if isinstance(node, ast.Name) else set()
-
-
-def used(nodes):
-    """Names that statements read."""
-    return {
-        name.id
-        for node in nodes
-        for name in ast.walk(node)
-        if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Load)
-    }
