@@ -145,8 +145,10 @@ def luenberger(model, E, K):
     K = array("K", K, (None, None))
     E = dynamics(E, len(K))
     K = array("K", K, (len(E), model.noutputs))
-    if not K.any():
-        raise ValueError("K: expected one that is not zero, found only zeros, which give T = 0.")
+    if not 0 < np.abs(K).max() < 1e100:
+        raise ValueError(
+            "K: expected entries up to 1e100, not all zero, found others; zeros alone give T = 0."
+        )
     _apart(model, E)
     return observer(model, E, solve_sylvester(-E, model.A, K @ model.C), K)
 
@@ -180,8 +182,11 @@ class ObserverFamily:
     def member(self, coefficients):
         """The `Observer` with alpha = coefficients . basis; ValueError where [C; T] is singular."""
         coefficients = array("coefficients", coefficients, (self.dimension,))
-        if not np.any(coefficients):
-            raise ValueError("coefficients: expected one that is not zero, found only zeros.")
+        if not 0 < np.abs(coefficients).max() < 1e100:
+            raise ValueError(
+                "coefficients: expected sizes up to 1e100, not all zero, found others; "
+                "with zeros alone T = 0 and [C; T] is singular."
+            )
         T, K = self.split(coefficients @ self.basis)
         return observer(self.model, self.E, T, K)
 
@@ -206,7 +211,7 @@ class ObserverFamily:
         """Condition number of [C; T] at `coefficients` (any size of them)."""
         c = np.atleast_1d(array("coefficients", coefficients))
         c = array("coefficients", c, (self.dimension,))
-        T, _ = self.split(c / (np.abs(c).max() or 1.0) @ self.basis)
+        T, _ = self.split(c @ self.basis)
         return float(np.linalg.cond(np.vstack([self.model.C, T])))
 
     @cached_property

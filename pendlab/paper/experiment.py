@@ -51,7 +51,7 @@ def fill(run, number):
 
     Readings outside the frame show as lowest < frame low or highest > frame high.
     """
-    one_of("number", number, (15, 16, 17))
+    one_of("number", str(number), ("15", "16", "17"))
     result = {}
     for panel, traces in signals(run).items():
         low, high = published(f"fig{number}{panel}.y_axis").values
