@@ -56,7 +56,7 @@ NOT_NUMBERS = [
         r"\]\([^)]*\)|<[^>]*>",  # where links lead, marks of HTML
         r"^#+ \d+(?:\.\d+)*\.?(?= )|^\s*\d+\. ",  # headings and lists
         r"\[\d\d\]|\*\*\d\d\*\*|\\tag\{[^}]*\}",  # notebooks and equations by number
-        r"\*\*Time:?\*\*.*|\d+(?= min\b)|^\| \[.*\| \d+ \|$",  # minutes have tests of their own
+        r"\*\*Time:?\*\*.*|\d+(?= min\b)|^\| \[.*\| [\d +]+ \|$",  # minutes have tests of their own
         r"(?s:Things to try.*?(?=\*\*Where next|\Z))|^Try: .*",  # any number does
         r"(?:90|180|270|360)(?: degrees|°|\^\\circ)",  # quarters of a turn
         rf"(?i:\b(?:sections?|exercises?|tasks?|notebooks?|homework))[~ ]{_SECTION}(?:{_JOIN}{_SECTION})*",

@@ -98,16 +98,17 @@ def test_minutes_add_up(path):
     elif "of which" in line:
         assert told[1] == exercises, line
     else:
-        assert told[0] >= exercises, line
+        assert sum(told) >= exercises, line
 
 
 def test_the_map_gives_the_minutes_of_each_notebook():
     home = NOTEBOOKS["notebooks/00_start_here.ipynb"]
     (table,) = (cell.source for cell in read(home).cells if cell.id == "00-map-text")
-    rows = dict(re.findall(r"(?m)^\| \[.*?\]\((.*?)\).*\| (\d+) \|$", table))
+    rows = dict(re.findall(r"(?m)^\| \[.*?\]\((.*?)\).*\| ([\d +]+) \|$", table))
     assert len(rows) >= 8
     for name, told in rows.items():
-        assert int(told) == minutes(read(home.parent / name))[1][0], name
+        parts = [int(part) for part in told.split(" + ")]
+        assert parts == minutes(read(home.parent / name))[1][: len(parts)], name
 
 
 def turned(text):
