@@ -83,10 +83,41 @@ def limit():
         resource.setrlimit(getattr(resource, name), (bound, bound))
 
 
+def bound_output(characters=1_000_000):
+    """In a kernel: a cell that prints more ends with an error, before it floods who marks it."""
+    written, left = {}, {}
+
+    def bounded(write):
+        def send(text):
+            left["now"] -= len(text)
+            if left["now"] < 0:
+                raise RuntimeError(f"This cell printed more than {characters} characters.")
+            return write(text)
+
+        return send
+
+    def begin(*_):
+        left["now"] = characters
+        for stream in (sys.stdout, sys.stderr):
+            written[stream] = stream.write
+            stream.write = bounded(stream.write)
+
+    def end(*_):  # IPython puts its own in place for each cell
+        for stream, write in written.items():
+            stream.write = write
+        written.clear()
+
+    events = get_ipython().events  # noqa: F821
+    events.register("pre_run_cell", begin)
+    events.register("post_run_cell", end)
+
+
 def main(connection):
     """Become the kernel that a connection file describes; its sockets are files, in one folder."""
     sockets = Path(json.loads(Path(connection).read_text(encoding="utf-8"))["ip"]).parent
+    first = f"import {__package__}.confined as _; _.bound_output(); del _"
     kernel = [sys.executable, "-m", "ipykernel_launcher", "-f", connection]
+    kernel.append(f"--IPKernelApp.exec_lines={first}")
     limit()
     os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # the kernel's greeting, once for every hand-in
     line = command(kernel, Path.cwd(), writable=[sockets], readable=[connection])

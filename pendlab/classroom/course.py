@@ -35,6 +35,7 @@ c.CourseDirectory.course_id = "pendlab"
 c.ClearSolutions.code_stub = {"python": "# YOUR CODE HERE"}
 c.OverwriteCells.add_missing_cells = True  # a deleted check comes back
 c.Execute.timeout = $seconds  # of each cell
+c.Execute.raise_on_iopub_timeout = False  # late output costs its own cell
 c.LimitOutput.max_lines = 300
 ''')
 
