@@ -85,7 +85,8 @@ def strobe(rig, t, angles, every=0.09, count=7):
 def modes(rig, lean=0.4):
     """The eigenvectors' angles drawn as leaning pendulums, the fastest mode first.
 
-    `lean` is the largest angle from the vertical in each drawing, rad; the model is that of `linearize`.
+    `lean` is the largest angle from the vertical in each drawing, rad; the largest of the relative
+    angles is drawn to the right. The model is that of `linearize`.
     """
     n = check_rig(rig).n_links
     number("lean", lean, above=0)
@@ -94,7 +95,8 @@ def modes(rig, lean=0.4):
     fig = new_figure(9, 2.3)
     for ax, i in zip(fig.subplots(1, 2 * n), order, strict=True):
         shape = vectors[:n, i].real
-        at = joints(rig, lean * shape / np.abs(np.cumsum(shape)).max() * np.sign(shape[-1]))
+        largest = shape[np.abs(shape).argmax()]
+        at = joints(rig, lean * shape / np.abs(np.cumsum(shape)).max() * np.sign(largest))
         _draw_links(ax, at, linewidth=4, marker="o", markersize=4)
         ax.plot([0, 0], [0, at[:, 1].max()], color="0.6", linestyle="--", linewidth=1)
         ax.set(xlim=(-0.45, 0.45), ylim=(-0.05, 0.95), aspect="equal", xticks=[], yticks=[])
@@ -105,7 +107,7 @@ def modes(rig, lean=0.4):
     return describe(
         fig,
         f"The {rig.name} pendulum's modes, fastest first: it leaves upright in the shapes with "
-        f"s = {falls} 1/s and in no other.",
+        f"s = {falls} 1/s and in no other. In each the largest relative angle is drawn to the right.",
         f"{2 * n} stick figures of the pendulum bent into the shape of each eigenvector, with "
         f"eigenvalue and time constant above.",
     )

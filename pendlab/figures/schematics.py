@@ -12,7 +12,7 @@ from matplotlib.patches import Arc
 from .apparatus import apparatus, plural
 from .blocks import INK, apparatus_blocks, canvas, observer_blocks, triple_loops
 from .moving import animate_svg, check_angles, check_rig, draw_pendulum, joints, link_color
-from .style import COLORS, describe, look, styled
+from .style import COLORS, angle_name, describe, look, styled
 
 __all__ = [
     "animate_svg",
@@ -40,8 +40,8 @@ def schematic(rig, angles=None):
     """
     n = check_rig(rig).n_links
     if angles is None:
-        # Upper links lean less, so that dimensions on the outer side do not meet.
-        angles = [0.68] + [-min(0.08, 0.2 / (n - 1))] * (n - 1)
+        # Bent outwards, so that dimensions on the outer side do not meet.
+        angles = [0.2] + [1 / n] * (n - 1)
     angles = check_angles(rig, angles)
     theta, points = np.cumsum(angles), joints(rig, angles)
     fig, ax = canvas(7, 5.8)
@@ -63,6 +63,8 @@ def schematic(rig, angles=None):
         )
         if driven:
             _torque(ax, i - 1, points[i - 1], theta[i - 2], unit)
+        if 1 < i == n <= 3:  # elsewhere there is no room for it
+            _relative(ax, i, points[i - 1], theta[i - 2 : i], unit)
     _values(fig, rig)
     mass, height = _upright_centre(rig)
     number = {2: "2", 3: "3"}.get(n)
@@ -75,6 +77,7 @@ def schematic(rig, angles=None):
         f"Schematic of {plural(n, 'link')} to scale. Each link leans by an angle theta_i from the "
         f"vertical; marked are its length l_i, the distance a_i from its lower hinge to its centre "
         f"of mass, mass m_i and moment of inertia I_i, and a torque T_i at each driven hinge. "
+        + f"The relative angle of link {n} is marked from link {n - 1} drawn on. " * (1 < n <= 3)
         + " ".join(
             f"Link {i}: a = {link.com:.4g} m, m = {link.mass:.4g} kg, I = {link.inertia:.4g} kg m^2, "
             f"drawn at theta = {angle:.2f} rad."
@@ -160,6 +163,35 @@ def _angle(ax, i, at, theta, radius):
         ha="center",
         va="center",
         fontsize=_size(ax, 2 * radius),
+        zorder=7,
+        bbox=dict(facecolor="white", edgecolor="none", pad=0.4),
+    )
+
+
+def _relative(ax, i, at, theta, unit):
+    """Link i-1 drawn on, dotted, and the arc from there to link i: what a potentiometer reads."""
+    before, after = theta
+    far, radius = 1.1 * unit, 0.9 * unit
+    ax.plot(
+        [at[0], at[0] + far * math.sin(before)],
+        [at[1], at[1] + far * math.cos(before)],
+        color=link_color(i - 1),
+        linestyle=":",
+        linewidth=1.6,
+        zorder=2,
+    )
+    first, last = sorted(90.0 - math.degrees(angle) for angle in (before, after))
+    ax.add_patch(
+        Arc(at, 2 * radius, 2 * radius, theta1=first, theta2=last, color=link_color(i), linewidth=2)
+    )
+    ax.text(
+        at[0] + far * math.sin(before) - 0.06 * unit,
+        at[1] + (far - 0.15 * unit) * math.cos(before),
+        look(angle_name(i))["label"] if i <= 6 else "",
+        ha="right",
+        va="center",
+        color=link_color(i),
+        fontsize=1.15 * _size(ax, 2 * radius),
         zorder=7,
     )
 

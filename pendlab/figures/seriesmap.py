@@ -1,67 +1,84 @@
-"""The map of the series: every notebook on the way of the data, with a thumbnail of what it shows."""
+"""The map of the series: every notebook on the way of the data, with a sign of what it is about."""
 
-import io
+from itertools import pairwise
 
 import numpy as np
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
-from PIL import Image
 
 from ..parameters import load
-from . import figure
 from .moving import draw_pendulum
-from .style import COLORS, describe, new_figure, png, styled
+from .style import COLORS, describe, look, new_figure, styled
 
-# Notebook, title, what it makes of the data, thumbnail: a figure's number, a formula, or the rig.
+WIDTH, HEIGHT = 2.1, 2.2  # of a box, inches
+
+
+def _pendulum(*angles):
+    def draw(ax):
+        draw_pendulum(ax, load("triple"), angles)
+        ax.set_aspect("equal", adjustable="box")
+
+    return draw
+
+
+def _formula(text):
+    def draw(ax):
+        ax.text(0.5, 0.5, text, fontsize=19, ha="center", va="center", transform=ax.transAxes)
+
+    return draw
+
+
+def _samples(ax):
+    t = np.linspace(0, 6, 200)
+    ax.plot(t, np.sin(t), **look("theta1"))
+    ax.plot(t, np.sin(np.floor(t / 0.5) * 0.5), color=COLORS["black"], drawstyle="steps-post")
+
+
+def _nyquist(ax):
+    s = 1j * np.geomspace(1e-2, 1e2, 300)
+    loop = 2.6 / ((s - 1) * (0.15 * s + 1) ** 2)
+    circle = np.exp(1j * np.linspace(0, 2 * np.pi, 100))
+    ax.plot(circle.real, circle.imag, **look("unit circle"))
+    ax.plot(loop.real, loop.imag, **look("nominal"))
+    ax.plot(-1, 0, **look("critical"))
+    ax.set_aspect("equal")
+
+
+def _swing(ax):
+    t = np.linspace(0, 14, 300)
+    ax.plot(t, np.sin(t), **look("theta1"))
+    ax.plot(t, 0.55 * np.tanh(9 * np.sin(t + 0.9)), **look("theta2-theta1"))
+
+
+# Notebook, title, what it makes of the data, its sign.
 STOPS = (
-    ("01", "introduction", "why is it hard?", "leaning"),
-    ("A", "Lagrange", "energies to equations", r"$\frac{d}{dt}\frac{\partial T}{\partial\dot q}$"),
-    ("02", "models", "rig to sampled model", 3),
-    ("03", "observers", "states to estimates", 5),
-    ("B", "lemma", "why H = 0", r"$I+PG$"),
-    ("04", "design", "model to controller", 11),
-    ("05", "experiment", "controller to traces", 15),
-    ("06", "outlook", "the paper's future work", 14),
-)
+    ("01", "introduction", "why is it hard?", _pendulum(0.15, -0.35, 0.3)),
+    ("A", "Lagrange", "energies to equations", _formula(r"$\frac{d}{dt}\frac{\partial T}{\partial\omega}$")),
+    ("02", "models", "rig to sampled model", _samples),
+    ("03", "observers", "states to estimates", _formula(r"$\hat x=L_1y+L_2v$")),
+    ("B", "lemma", "why H = 0", _formula("$I+PG$")),
+    ("04", "design", "model to controller", _nyquist),
+    ("05", "experiment", "controller to traces", _swing),
+    ("06", "outlook", "the paper's future work", _pendulum(-0.25, 0.2, 0.8)),
+)  # fmt: skip
 
 
 @styled()
 def series_map():
     """One picture of the series: eight notebooks in the order in which the data flow."""
-    fig = new_figure(10, 5.2, layout=None)
+    fig = new_figure(10, 5.4, layout=None)
     ax = fig.add_axes((0, 0, 1, 1))
-    ax.set(xlim=(0, 10), ylim=(0, 5.2))
+    ax.set(xlim=(0, 10), ylim=(0, 5.4))
     ax.axis("off")
-    columns, width, height = 4, 2.1, 2.2
-    places = []
-    for k, (name, title, does, thumbnail) in enumerate(STOPS):
-        row, column = divmod(k, columns)
-        x, y = 0.2 + column * 2.5, 2.75 - row * 2.6
-        places.append((x, y))
-        ax.add_patch(
-            FancyBboxPatch((x, y), width, height, boxstyle="round,pad=0,rounding_size=0.08",
-                           facecolor="white", edgecolor=COLORS["blue"], linewidth=1.5)
-        )  # fmt: skip
-        ax.text(
-            x + 0.1, y + height - 0.27, f"{name}  {title}", weight="bold", fontsize=12, va="center"
-        )
-        ax.text(x + 0.1, y + 0.2, does, fontsize=10, va="center", color=COLORS["grey"])
-        inset = fig.add_axes(
-            ((x + 0.1) / 10, (y + 0.4) / 5.2, (width - 0.2) / 10, (height - 0.9) / 5.2)
-        )
-        inset.imshow(_pixels(_thumbnail(thumbnail)))
-        inset.axis("off")
-    for k, (x, y) in enumerate(places[:-1]):
-        following = places[k + 1]
-        if following[1] == y:
-            ends = (x + width + 0.04, y + height / 2), (following[0] - 0.04, y + height / 2)
+    places = [(0.2 + 2.5 * (k % 4), 2.95 - 2.75 * (k // 4)) for k in range(len(STOPS))]
+    for (x, y), stop in zip(places, STOPS, strict=True):
+        _box(fig, ax, x, y, *stop)
+    for (x, y), (x_next, y_next) in pairwise(places):
+        if y_next == y:
+            _arrow(ax, [(x + WIDTH + 0.04, y + HEIGHT / 2), (x_next - 0.04, y + HEIGHT / 2)])
         else:
-            ends = (
-                (x + width / 2, y - 0.04),
-                (following[0] + width / 2, following[1] + height + 0.04),
-            )
-        ax.add_patch(
-            FancyArrowPatch(*ends, arrowstyle="-|>", mutation_scale=14, color=COLORS["blue"])
-        )
+            turn, x, x_next = y - 0.27, x + WIDTH / 2, x_next + WIDTH / 2
+            ax.plot([x, x, x_next], [y - 0.04, turn, turn], color=COLORS["blue"], linewidth=1.5)
+            _arrow(ax, [(x_next, turn), (x_next, y_next + HEIGHT + 0.02)])
     return describe(
         fig,
         "The series follows the data: from the parameters of the rig through equations, models, "
@@ -72,25 +89,28 @@ def series_map():
     )
 
 
-def _pixels(fig):
-    return np.asarray(Image.open(io.BytesIO(png(fig, dpi=50))).convert("RGB"))
+def _box(fig, ax, x, y, name, title, does, draw):
+    look = dict(facecolor="white", edgecolor=COLORS["blue"], linewidth=1.5)
+    shape = "round,pad=0,rounding_size=0.08"
+    ax.add_patch(FancyBboxPatch((x, y), WIDTH, HEIGHT, boxstyle=shape, **look))
+    ax.text(x + 0.1, y + HEIGHT - 0.25, f"{name}  {title}", weight="bold", fontsize=14, va="center")
+    ax.text(x + 0.1, y + 0.22, does, fontsize=12, va="center")
+    sign = fig.add_axes(
+        ((x + 0.15) / 10, (y + 0.45) / 5.4, (WIDTH - 0.3) / 10, (HEIGHT - 0.95) / 5.4)
+    )
+    draw(sign)
+    sign.axis("off")
 
 
-def _thumbnail(what):
-    if what == "leaning":
-        return _leaning()
-    return _formula(what) if isinstance(what, str) else figure(what)
-
-
-@styled()
-def _leaning():
-    fig = new_figure(3, 2.6)
-    draw_pendulum(fig.subplots(), load("triple"), (0.15, -0.35, 0.3))
-    return fig
-
-
-@styled()
-def _formula(text):
-    fig = new_figure(4, 2.6, layout=None)
-    fig.text(0.5, 0.5, text, fontsize=44, ha="center", va="center")
-    return fig
+def _arrow(ax, ends):
+    ax.add_patch(
+        FancyArrowPatch(
+            *ends,
+            arrowstyle="-|>",
+            mutation_scale=14,
+            color=COLORS["blue"],
+            shrinkA=0,
+            shrinkB=0,
+            linewidth=1.5,
+        )
+    )

@@ -18,11 +18,12 @@ from PIL import Image
 
 from .._arguments import number
 
-# Okabe and Ito's colours: told apart by readers with any of the common colour deficiencies.
+# Okabe and Ito's colours: told apart by readers with any of the common colour deficiencies. Orange
+# and sky are darker than theirs, so that a line on white has a contrast of 3 to 1.
 COLORS = dict(
     black="#000000",
-    orange="#E69F00",
-    sky="#56B4E9",
+    orange="#BF8600",
+    sky="#3595D2",
     green="#009E73",
     yellow="#F0E442",
     blue="#0072B2",
@@ -64,13 +65,14 @@ STYLE = {
 _PROGRAM = ("backend", "interactive", "keymap", "macosx", "timezone", "tk", "toolbar", "webagg")
 SETTINGS = {k: v for k, v in rcParamsDefault.items() if not k.startswith(_PROGRAM)} | STYLE
 
-_ANGLE_LOOK = [
+LONG, MIXED, SHORT = (0, (7, 1.4)), (0, (6, 1.4, 1.4, 1.4)), (0, (2.2, 1.2))
+_ANGLE_LOOK = [  # told apart without colour too
     ("blue", "-"),
-    ("vermillion", "-"),
-    ("green", "-"),
-    ("purple", "-."),
-    ("orange", "-."),
-    ("sky", "-."),
+    ("vermillion", LONG),
+    ("green", MIXED),
+    ("purple", SHORT),
+    ("orange", "-"),
+    ("sky", LONG),
 ]
 
 
