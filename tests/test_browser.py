@@ -1,6 +1,7 @@
 """JupyterLab in headless Chromium: every widget answers to the keyboard, in the page a student sees.
 
 One server, one notebook with a cell for each widget. PENDLAB_SCREENSHOTS=folder keeps the pictures.
+The last pictures of panels outlive their kernel, and axe-core finds no picture without a name.
 """
 
 import base64
@@ -19,6 +20,7 @@ import nbformat
 import numpy as np
 import pytest
 from PIL import Image
+from refresh_notebooks import notebooks
 
 import pendlab as pl
 
@@ -33,8 +35,8 @@ if CHROMIUM is None and os.environ.get("CI") != "true":
 # A cell for each widget, and a field with a value that cannot work (None where every value can).
 WIDGETS = {
     "kp_panel()": None,
-    'weights_panel("double")': ("weight of w", "0"),
-    'weights_panel("triple")': ("weight of w", "0"),
+    'weights_panel("double")': ("Q5: weight of w", "0"),
+    'weights_panel("triple")': ("Q7: weight of w", "0"),
     'observer_panel("double")': None,
     'observer_panel("triple")': None,
     "triple_panel()": None,
@@ -193,7 +195,7 @@ def widgets(browser, lab):
     complaints = []
     page = opened(browser, lab, "widgets", complaints)
     page.wait_for_function(
-        "n => document.querySelectorAll('.widget-image').length >= n",
+        "n => document.querySelectorAll('.pendlab-face').length >= n",
         arg=len(WIDGETS),
         timeout=180_000,
     )
@@ -220,30 +222,54 @@ def keep(page, name):
         page.screenshot(path=Path(folder) / f"{name}.png")
 
 
-@pytest.mark.parametrize("call", WIDGETS)
-def test_slider_moves_the_picture_to_what_the_panel_computes(widgets, call):
-    page, _ = widgets
-    cell = page.locator(".jp-CodeCell").nth(list(WIDGETS).index(call))
-    image = cell.locator(".widget-image").first
-    image.scroll_into_view_if_needed()
-    panel = eval(f"pl.{call}", {"pl": pl})
+def face_of(page, call):
+    """The panel of one cell, scrolled into sight."""
+    face = (
+        page.locator(".jp-CodeCell").nth(list(WIDGETS).index(call)).locator(".pendlab-face").first
+    )
+    face.evaluate("face => face.scrollIntoView()")
+    face.locator("button:text-is('Reset')").click()
+    settled(page)
+    return face
+
+
+def pressed(page, face, slider, key):
+    """Press a key on a slider and wait for the next picture."""
+    image = face.locator(".views > img")
     before = image.get_attribute("src")
-    assert np.array_equal(pixels(image), decoded(panel))
-    handle = cell.locator(".widget-slider [role=slider]").first
-    handle.focus()
-    page.keyboard.press("PageUp")
+    slider.focus()
+    page.keyboard.press(key)
     page.wait_for_function(
         "([image, before]) => image.getAttribute('src') !== before",
         arg=[image.element_handle(), before],
         timeout=30_000,
     )
     settled(page)
-    name = next(n for n, control in panel.controls.items() if isinstance(control, pl.Slider))
-    value = float(cell.locator("input[type=number]").first.input_value())
-    assert value != panel.values[name]
-    caption = panel.at(**{name: value})
+
+
+@pytest.mark.parametrize("call", WIDGETS)
+def test_slider_moves_the_picture_to_what_the_panel_computes(widgets, call):
+    page, _ = widgets
+    face = face_of(page, call)
+    image, slider = face.locator(".views > img"), face.locator("input[type=range]:enabled").first
+    panel = eval(f"pl.{call}", {"pl": pl})
     assert np.array_equal(pixels(image), decoded(panel))
-    assert cell.locator("[role=status]").first.inner_text().split() == caption.split()
+    told = panel._widget.face["groups"][0]["controls"]
+    name = next(control["name"] for control in told if control["kind"] == "slider")
+    control = panel.controls[name]
+    assert slider.evaluate("slider => slider.labels[0].textContent") == control.label
+    for key, way in (("PageDown", -10), ("ArrowLeft", -1)):
+        pressed(page, face, slider, key)
+        value = control.value_at(control.position_of(panel.values[name]) + way)
+        caption = panel.at(**{name: value})
+        assert slider.evaluate("slider => slider.ariaValueText") == control.spoken(value)
+    assert np.array_equal(pixels(image), decoded(panel))
+    state = panel._widget.state
+    words = face.locator("[role=status]").inner_text().split()
+    assert words == " ".join(state["words"]).split()
+    cells = [cell for row in state["table"] for cell in row]
+    assert face.locator("td, th").all_inner_texts() == cells
+    assert image.get_attribute("alt") == state["alt"] and caption
     keep(page, call.split("(")[0] + ("_triple" if "triple" in call else ""))
     panel.close()
 
@@ -252,22 +278,47 @@ def decoded(panel):
     return np.asarray(Image.open(io.BytesIO(panel.picture)).convert("RGB"))
 
 
+def test_verdict_and_picture_are_in_sight_together(widgets):
+    """On a screen of 1366 x 768, with what JupyterLab leaves of it."""
+    page, _ = widgets
+    for call in WIDGETS:
+        face = face_of(page, call)
+        image = face.locator(".views > img").bounding_box()
+        room = page.locator(".jp-WindowedPanel-outer, .jp-Notebook").first.bounding_box()
+        bottom = room["y"] + room["height"]
+        assert image["y"] + image["height"] <= bottom, call
+        if "bar" not in call:
+            assert face.locator(".badge").bounding_box()["y"] >= room["y"] - 1, call
+
+
 @pytest.mark.parametrize("call", [call for call, bad in WIDGETS.items() if bad])
 def test_impossible_value_shows_its_sentence(widgets, call):
     page, _ = widgets
     label, value = WIDGETS[call]
-    cell = page.locator(".jp-CodeCell").nth(list(WIDGETS).index(call))
-    row = cell.locator(".widget-hbox", has=page.locator(f".widget-label:has-text('{label}')")).last
-    field = row.locator("input[type=number]").first
+    face = face_of(page, call)
+    face.locator("summary").first.click()
+    field = face.locator(f"input[aria-label^='{label}']")
     good = field.input_value()
     field.fill(value)
     field.press("Enter")
-    sentence = cell.locator("[role=status]:has-text('cannot work')")
+    sentence = face.locator("[role=status]:has-text('cannot work')")
     sentence.wait_for(timeout=30_000)
     keep(page, f"{call.split('(')[0]}_impossible")
+    field.fill("a lot")
+    field.press("Enter")
+    face.locator("[role=status]:has-text('expected a number')").wait_for(timeout=30_000)
     field.fill(good)
     field.press("Enter")
     sentence.wait_for(state="detached", timeout=30_000)
+
+
+def test_slider_that_moves_nothing_is_disabled_and_says_why(widgets):
+    page, _ = widgets
+    face = face_of(page, 'observer_panel("triple")')
+    turn = face.locator("input[aria-label^=phi1]")
+    assert turn.is_disabled() and face.locator("small:has-text('alpha = beta')").count() == 2
+    pressed(page, face, face.locator("input[type=range]").nth(1), "ArrowLeft")
+    assert turn.is_enabled() and not face.locator("small:has-text('alpha = beta')").count()
 
 
 def test_values_stay_where_the_code_put_them(widgets):
@@ -284,10 +335,81 @@ def test_values_stay_where_the_code_put_them(widgets):
 def test_nothing_is_wider_than_a_lab_pc(widgets):
     page, _ = widgets
     room = page.locator(".jp-OutputArea-output").first.bounding_box()["width"]
-    for box in page.locator(".widget-image").all():
+    for box in page.locator(".pendlab-face img").all():
         assert box.bounding_box()["width"] <= room
+
+
+def nameless(page):
+    """Pictures of a page that a screen reader could not name, by axe-core."""
+    from axe_playwright_python.sync_playwright import Axe
+
+    names = ["image-alt", "role-img-alt", "svg-img-alt", "input-image-alt", "object-alt"]
+    found = Axe().run(page, options={"runOnly": {"type": "rule", "values": names}}).response
+    assert sum(len(rule["nodes"]) for rule in found["passes"]), "axe saw no picture"
+    return [node["html"][:200] for rule in found["violations"] for node in rule["nodes"]]
+
+
+def test_live_panels_have_no_picture_without_a_name(widgets):
+    page, _ = widgets
+    assert nameless(page) == []
 
 
 def test_browser_has_nothing_to_complain_about(widgets):
     _, complaints = widgets
     assert complaints == []
+
+
+def test_saved_notebook_shows_the_last_pictures_without_a_kernel(widgets, browser, lab):
+    """Saved, kernel shut down, opened again: every panel's last picture with its words, no error."""
+    page, _ = widgets
+    face = face_of(page, "kp_panel()")
+    pressed(page, face, face.locator("input[type=range]").first, "PageUp")
+    last = face.locator("[role=status]").inner_text().split()[:3]
+    page.wait_for_timeout(2000)  # the stored picture follows once the hand rests
+    face.locator("input[type=range]").first.focus()
+    page.keyboard.press("Control+s")
+    page.wait_for_selector(".jp-DirListing-item:has-text('widgets.ipynb')")
+    page.wait_for_timeout(3000)
+    server = lab.removesuffix("/lab/workspaces")
+    for session in json.load(urllib.request.urlopen(f"{server}/api/sessions?token=lab")):
+        request = urllib.request.Request(
+            f"{server}/api/sessions/{session['id']}?token=lab", method="DELETE"
+        )
+        urllib.request.urlopen(request)
+    again = browser.new_page(viewport=LAB_PC)
+    again.goto(f"{lab}/again?token=lab")
+    again.wait_for_selector(".jp-LauncherCard[data-category='Notebook']")
+    again.dblclick(".jp-DirListing-item:has-text('widgets.ipynb')")
+    pictures = again.locator(".jp-OutputArea-output img")
+    again.wait_for_function(
+        "n => document.querySelectorAll('.jp-OutputArea-output img').length >= n",
+        arg=len(WIDGETS) + 1,
+        timeout=90_000,
+    )
+    again.wait_for_timeout(3000)
+    assert all(picture.is_visible() and picture.get_attribute("alt") for picture in pictures.all())
+    assert not any(error.is_visible() for error in again.locator("text=model not found").all())
+    words = again.locator(".jp-OutputArea-output p").first.inner_text().split()
+    assert words[:3] == last
+    assert nameless(again) == []
+    keep(again, "reopened")
+    again.close()
+
+
+# Exports of the stored notebooks
+
+
+@pytest.mark.parametrize("path", notebooks(), ids=lambda path: path.stem)
+def test_exports_have_no_picture_without_a_name(browser, path):
+    from nbconvert import HTMLExporter
+
+    html, _ = HTMLExporter().from_filename(str(path))
+    page = browser.new_page()
+    page.route("**/*", lambda route: route.abort())  # no network is needed for pictures
+    page.set_content(html, wait_until="domcontentloaded")
+    stored = nbformat.read(path, as_version=4)
+    panels = sum("pendlab-00000000" in str(cell.get("outputs")) for cell in stored.cells)
+    assert page.locator("div[class^=pendlab-] img:visible").count() == panels
+    if page.locator("img").count():
+        assert nameless(page) == []
+    page.close()

@@ -7,9 +7,9 @@ function make(tag, attributes = {}, ...children) {
   node.append(...children);
   return node;
 }
-let count = 0;
 function render({ model, el }) {
-  const face = model.get("face"), id = "pendlab" + ++count, fields = {};
+  // Shown twice, a panel still needs names of its own for each of its controls.
+  const face = model.get("face"), id = face.still + Math.random().toString(36).slice(2), fields = {};
   let moves = 0;
   function say(hand) {
     model.set("hand", { ...hand, count: ++moves, ratio: window.devicePixelRatio || 1 });
@@ -63,6 +63,7 @@ function render({ model, el }) {
       move(Number(range.value) + jumps[event.key]);
     };
     text.onchange = () => say({ name, text: text.value });
+    text.onkeydown = (event) => event.key === "Enter" && text.onchange();
     fields[name] = {
       show: ([position, written, spoken], mine) => {
         // While a hand is ahead of the kernel, the slider stays in the hand.
