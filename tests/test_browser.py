@@ -258,7 +258,8 @@ def test_slider_moves_the_picture_to_what_the_panel_computes(widgets, call):
     name = next(control["name"] for control in told if control["kind"] == "slider")
     control = panel.controls[name]
     assert slider.evaluate("slider => slider.labels[0].textContent") == control.label
-    for key, way in (("PageDown", -10), ("ArrowLeft", -1)):
+    low = control.position_of(panel.values[name]) < 10
+    for key, way in (("PageUp", 10) if low else ("PageDown", -10), ("ArrowLeft", -1)):
         pressed(page, face, slider, key)
         value = control.value_at(control.position_of(panel.values[name]) + way)
         caption = panel.at(**{name: value})

@@ -37,14 +37,22 @@ def median(function, repeats=9):
 
 
 def mover(panel):
-    """A function that moves the panel's first slider two steps up, or back."""
-    name, slider = next(iter(panel._sliders.items()))
-    here = panel.controls[name].position_of(panel.values[name])
-    step = 2 * panel.controls[name].span[2]
-    there = here + (step if here + step <= slider.max else -step)
+    """A function that moves the panel's first slider two positions, and back, as a hand would."""
+    name, control = next(
+        (name, c) for name, c in panel.controls.items() if isinstance(c, pl.Slider)
+    )
+    here = control.position_of(panel.values[name])
+    there = here + 2 if here + 2 <= control.last else here - 2
+    count = 0
 
     def move():
-        slider.value = here if abs(slider.value - there) < 0.1 * step else there
+        nonlocal count
+        count += 1
+        panel._widget.hand = {
+            "name": name,
+            "position": there if count % 2 else here,
+            "count": count,
+        }
 
     return move
 
