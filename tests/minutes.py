@@ -3,7 +3,7 @@
 Rates, rounded; with them seven notebooks come within a fifth of what students with one course in
 control needed for them: 100 words of prose, one displayed equation or one prediction a minute; a
 cell of code 20 seconds, and 4 seconds for each of its lines; a picture 30 seconds; an exercise what
-its task says. What is folded costs nothing.
+its task says, and something to try what its heading says. What is folded costs nothing.
 
 A stretch begins at a heading. One whose heading ends in ``(optional)`` or ``(optional, 12 min)`` is
 off the main path, with all headings below it; so are exercises that the lab sheet leaves for home.
@@ -78,7 +78,9 @@ def stretches(notebook):
                 re.match(r"Exercise (\d+)\D+(\d+) min", heading) if "exercise" in tags else None
             )
             exercises = {int(exercise[1]): int(exercise[2])} if exercise else {}
-            time = 0 if "exercise" in tags or heading in LOOKED_UP else prose(piece)
+            tried = re.search(r" \((\d+) min\)$", heading)
+            time = int(tried[1]) if tried else prose(piece)
+            time = 0 if "exercise" in tags or heading in LOOKED_UP else time
             found.append(Stretch(heading, part, below < 9, time, exercises))
     return found
 

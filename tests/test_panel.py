@@ -166,6 +166,15 @@ def test_ends_reach_every_control_and_come_back(made):
     assert made.values == {"k": 2.0, "steep": False, "way": "up"}
 
 
+def test_tell_leaves_values_and_picture_where_they_are(made):
+    caption, picture = made.caption, pixels(made.picture)
+    assert made.tell(k=2.0, steep=True) == "slope 2, up, twice"
+    assert made.values["k"] == 1.0 and made.caption == caption
+    assert np.array_equal(pixels(made.picture), picture)
+    with pytest.raises(ValueError, match="no such control"):
+        made.tell(slope=1)
+
+
 def test_presets_and_reset_by_their_buttons(made):
     made.at(k=5.0, steep=True)
     assert made._widget.face["buttons"] == ["Two", "Reset"]

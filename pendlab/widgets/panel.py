@@ -106,6 +106,19 @@ class Panel:
         self._redraw(self._checked(values))
         return self.caption
 
+    def tell(self, **values):
+        """The caption with other values of some controls; the panel stays as it stands.
+
+        >>> import pendlab as pl
+        >>> panel = pl.sampling_panel()
+        >>> panel.tell(dt=30.0)[:19], panel.values["dt"]
+        ('Sampled every 30 ms', 10.0)
+        """
+        start = self.values
+        caption = self.at(**values)
+        self.at(**start)
+        return caption
+
     def ends(self):
         """Move every control to its ends, one after the other, and back: all captions, for tests."""
         captions, start = [], self.values
