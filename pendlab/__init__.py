@@ -28,14 +28,15 @@ _CONTENTS = {
     "nyquist": "encirclements",
     "design": "Design",
     # bench: the rig in software (section 5)
-    "bench.imperfections": "Imperfections Pulse bench_imperfections bench_start",
+    "bench.imperfections": "Imperfections Pulse bench_imperfections bench_rig bench_start",
     "bench.simulation": "Run simulate",
     "bench.many": "Runs simulate_many",
     # paper: its numbers, designs and runs
     "paper.ledger": "published",
     "paper.designs": "paper_design",
     "paper.scoreboard": "scoreboard",
-    "paper.experiment": "bench_run signals fill",
+    "paper.experiment": "bench_ensemble bench_run signals tick_hits tick_intervals",
+    "paper.changes": "changed hits_without exponents",
     # studies: built on the core and the bench
     "studies.controllability": (
         "controllability_ratio distance_to_uncontrollability in_units with_bar "
@@ -46,6 +47,7 @@ _CONTENTS = {
     "studies.code_export": "to_c",
     "studies.timing": "step_times",
     "studies.pushes": "largest_pulses force_levers",
+    "studies.describing": "limit_cycles",
     "studies.unknown_input": "unknown_input_observer",
     # figures
     "figures": "figure show save",
@@ -57,6 +59,7 @@ _CONTENTS = {
     "figures.disturbances": "transmission_figure gain_region_figure",
     "figures.bar": "bar_study bars",
     "figures.illustrations": "biped strobe modes block_chains",
+    "figures.evidence": "before_after ablation what_sets_what pushed cycles_figure",
     "figures.seriesmap": "series_map",
     "figures.tables": "parameter_table bench_table bench_notes",
     # widgets: figures that move

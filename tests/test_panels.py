@@ -205,7 +205,7 @@ def test_all_in_one_tells_margins_and_the_run(panel, triple_design):
     design = designs.near_printed(replace(triple_design, kp=4.0), (0.9, 0.8))
     rig = design.rig
     run = pl.simulate(
-        rig,
+        pl.bench_rig(rig),
         design.controller,
         8.0,
         initial=pl.bench_start(rig),
@@ -253,7 +253,7 @@ def test_bench_caption_is_that_of_the_run(panel, double_design):
     assert case["disturbance"] == pl.Pulse(1, 2.0, p.values["length"], 0.05)
     assert case["reference"] == 0.1
     window = p.values["window"]
-    run = pl.simulate(rig, double_design.controller, window[1], **case)
+    run = pl.simulate(bench.bench_plant(rig, p.values), double_design.controller, window[1], **case)
     assert words == outcomes.run_in_words(run, window[0])
 
 
@@ -315,7 +315,8 @@ def test_hardest_push_is_survived_and_the_next_one_not(panel, double_design):
         pulse = pl.Pulse(2, 1.0, p.values["length"], push)
         case = {**bench.bench_case(rig, p.values), "disturbance": pulse}
         t_end = 1.0 + p.values["length"] + 5.0
-        fell.append(pl.simulate(rig, double_design.controller, t_end, **case).fell)
+        plant = bench.bench_plant(rig, p.values)
+        fell.append(pl.simulate(plant, double_design.controller, t_end, **case).fell)
     assert fell == [False, True]
 
 

@@ -1,6 +1,6 @@
 """What the bench does to a design: filters, limits, resolution, delay, sensors, friction, backlash."""
 
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from numbers import Real
 
 import numpy as np
@@ -140,12 +140,8 @@ def bench_imperfections(rig, *, foreign=False):
     ValueError : a rig that the file does not know, or a damaged entry
     """
     path, table, bench = _bench(rig)
-    n, m = rig.n_links, rig.n_motors
-    gears = table.get("gearboxes", [])[:m]
-    if len(gears) < m:
-        raise ValueError(f"{path}: describes {len(gears)} gearboxes, found a rig with {m} motors.")
-    if not flag("foreign", foreign):
-        _same_gearboxes(rig)
+    n = rig.n_links
+    gears = _gears(path, table, rig, foreign)
     sensors, hinges = table["sensors"], table["hinges"]
 
     def one(part, key, unit):
@@ -180,8 +176,15 @@ def bench_imperfections(rig, *, foreign=False):
     )
 
 
-def _same_gearboxes(rig):
-    """A gearbox is known by its ratio."""
+def _gears(path, table, rig, foreign):
+    """The entries of the rig's gearboxes; a gearbox is known by its ratio."""
+    gears = table.get("gearboxes", [])[: rig.n_motors]
+    if len(gears) < rig.n_motors:
+        raise ValueError(
+            f"{path}: describes {len(gears)} gearboxes, found a rig with {rig.n_motors} motors."
+        )
+    if flag("foreign", foreign):
+        return gears
     for j, (motor, paper) in enumerate(zip(rig.motors, load("triple").motors), 1):
         if motor.ratio != paper.ratio:
             raise ValueError(
@@ -189,6 +192,34 @@ def _same_gearboxes(rig):
                 f"{paper.ratio:g}, found {motor.ratio:g}; build pl.Imperfections(...) for your own, or "
                 "say foreign=True to take the paper's play and friction."
             )
+    return gears
+
+
+def bench_rig(rig, *, foreign=False):
+    """The rig as it stands on the bench: `rig` with what the data sheets of its motors leave out.
+
+    The damping of each motor is multiplied by its factor in ``data/gearbox.toml``. Tables 2 to 5 and
+    every design stay as printed; only what is simulated with `bench_imperfections` takes this rig.
+
+    Parameters
+    ----------
+    rig, foreign : as for `bench_imperfections`
+
+    Raises
+    ------
+    ValueError : a rig that the file does not know, or a damaged entry
+
+    >>> from ..parameters import load
+    >>> paper = load("double")
+    >>> bench_rig(paper).motors[0].damping > paper.motors[0].damping
+    True
+    """
+    path, table, _ = _bench(rig)
+    motors = tuple(
+        replace(motor, damping=motor.damping * _values(path, gear, "damping_factor", "1", 1)[0])
+        for motor, gear in zip(rig.motors, _gears(path, table, rig, foreign))
+    )
+    return replace(rig, motors=motors)
 
 
 def bench_start(rig):

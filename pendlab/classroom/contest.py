@@ -20,7 +20,7 @@ import numpy as np
 
 from .. import _arguments as arguments
 from .._arguments import found, function, instance, number, text, whole
-from ..bench.imperfections import Imperfections, Pulse, bench_imperfections, bench_start
+from ..bench.imperfections import Imperfections, Pulse, bench_imperfections, bench_rig, bench_start
 from ..bench.simulation import simulate
 from ..parameters import Pendulum, load
 from .own_rig import fractions
@@ -29,7 +29,7 @@ SECONDS = 8.0
 ANGLE = 0.05  # rad
 NOISE, RATE_NOISE = 3e-4, 3e-3  # standard deviations, rad and rad/s
 SMALL_GAP = 0.02  # rad
-HEIGHTS = (0.05, 0.1, 0.15, 0.2, 0.2, 0.25, 0.3, 0.35)  # N m, for 0.1 s
+HEIGHTS = (0.05, 0.08, 0.1, 0.12, 0.15, 0.18, 0.2, 0.22)  # N m, for 0.1 s
 
 
 @dataclass(frozen=True)
@@ -133,7 +133,7 @@ def rounds(rig, season=1):
 def play(controller, rig, task):
     """The `Run` of one round."""
     return simulate(
-        rig,
+        bench_rig(rig),
         controller,
         SECONDS,
         initial=bench_start(rig),

@@ -11,7 +11,7 @@ from pathlib import Path
 from .._arguments import found
 from ..design import Design
 from ..parameters import load
-from . import loops, schematics, style, traces
+from . import experiments, loops, schematics, style
 from .style import new_figure
 
 __all__ = ["figure", "new_figure", "save", "show"]
@@ -35,7 +35,7 @@ OF_A_DESIGN = {
     14: loops.fig14,
 }
 
-OF_A_RUN = {15: traces.fig15, 16: traces.fig16, 17: traces.fig17}
+OF_A_RUN = {15: experiments.fig15, 16: experiments.fig16, 17: experiments.fig17}
 
 
 def figure(number, design=None, **options):

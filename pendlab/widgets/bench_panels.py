@@ -2,7 +2,13 @@
 
 import numpy as np
 
-from ..bench.imperfections import Imperfections, Pulse, bench_imperfections, bench_start
+from ..bench.imperfections import (
+    Imperfections,
+    Pulse,
+    bench_imperfections,
+    bench_rig,
+    bench_start,
+)
 from ..bench.many import simulate_many
 from ..bench.simulation import simulate
 from ..figures.benchpage import bench_page
@@ -32,7 +38,8 @@ def bench_panel(name="triple"):
     last = {}
 
     def run(values):
-        return simulate(rig, controller, bench_end(values), **bench_case(rig, values))
+        plant, t_end = bench_plant(rig, values), bench_end(values)
+        return simulate(plant, controller, t_end, **bench_case(rig, values))
 
     def update(**values):
         last.update(run=run(values), window=values["window"])
@@ -130,6 +137,7 @@ def bench_controls(rig, windows):
             Switch("gear_on", "dry friction, gears", bool(np.any(on.gear_friction))),
             *per_motor("gear_friction", "gearbox {}, N m", 1e-3, 10),
             Slider("presliding", "presliding, rad", 1e-4, 1e-2, on.presliding, log=True),
+            Switch("damping_on", "damping of the bench's motors", True),
             Switch("gap_on", "backlash", bool(np.any(on.gap))),
             *per_motor("gap", "gap {}, rad", 1e-4, 0.5),
             *per_motor("contact_stiffness", "stiffness {}, N m/rad", 1, 1e4),
@@ -169,6 +177,11 @@ def bench_end(values):
     """Until when to simulate, s: the time shown, and what comes of a push after it."""
     push_ends = values["at"] + values["length"] + 5.0 if values["height"] else 0.0
     return max(values["window"][1], push_ends)
+
+
+def bench_plant(rig, values):
+    """The rig that is simulated: with the damping of the bench's motors, or of their data sheets."""
+    return bench_rig(rig) if values["damping_on"] else rig
 
 
 def bench_case(rig, values):
@@ -222,7 +235,7 @@ def hardest_push(rig, controller, values, progress):
     ]
     t_end = values["at"] + values["length"] + 5.0
     cases = [{**case, "disturbance": pulse} for pulse in pulses]
-    runs = simulate_many(rig, controller, t_end, cases, progress=progress)
+    runs = simulate_many(bench_plant(rig, values), controller, t_end, cases, progress=progress)
     ways = []
     for way, half in (("+", runs[:40]), ("-", runs[40:])):
         fell = [run is None or run.fell for run in half]

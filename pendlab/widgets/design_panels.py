@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..bench.imperfections import bench_imperfections, bench_start
+from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
 from ..bench.simulation import simulate
 from ..figures.outcomes import angle_in_words
 from ..figures.pages import kp_page, observer_page, triple_page, weights_page
@@ -105,10 +105,10 @@ def triple_panel():
     """All in one for the triple: Q, R, k_p, E; Figs 10, 11, 12, 14 and a run on the bench."""
     design = paper_design("triple")
     rig = design.rig
-    imperfections, start = bench_imperfections(rig), bench_start(rig)
+    imperfections, start, stands = bench_imperfections(rig), bench_start(rig), bench_rig(rig)
 
     def run(design):
-        return simulate(rig, design.controller, 8.0, initial=start, imperfections=imperfections)
+        return simulate(stands, design.controller, 8.0, initial=start, imperfections=imperfections)
 
     fig = triple_page(design, run)
 

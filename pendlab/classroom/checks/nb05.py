@@ -1,20 +1,31 @@
 """Checks of notebook 05."""
 
 from dataclasses import replace
+from functools import lru_cache
 
 import numpy as np
 
 from ..._arguments import array, found
-from ...bench.imperfections import Imperfections
+from ...bench.imperfections import (
+    Imperfections,
+    bench_imperfections,
+    bench_rig,
+    bench_start,
+)
+from ...bench.many import simulate_many
 from ...bench.simulation import simulate
 from ...design import Design
 from ...loop import closed_loop_eigenvalues, margins
+from ...paper import words
 from ...paper.designs import paper_design
-from ...studies.pushes import largest_pulses
+from ...paper.ledger import published
+from ...studies.pushes import force_levers, largest_pulses
 from .judging import Verdict, choose, compare
 
 SLOWEST, DISTANCE = 2.0, 0.6  # s; from -1
 PUSH, TOLERANCE = 0.05, 0.03  # s; of the height
+
+GROWN = 1.3  # last third of the first seven seconds over the first, of a load that lets go
 
 
 def exercise_1(answer, rig=None):
@@ -70,22 +81,33 @@ def exercise_2(answer, rig=None):
 
 
 def exercise_3(answer, rig=None):
-    """Does forgetting step 4 change the motion when H = 0?"""
-    return choose(
-        "The answer",
-        answer,
-        _limits_matter(),
+    """Does forgetting step 4 change the motion when H = 0, without and with the motors' filters?"""
+    if not isinstance(answer, (tuple, list)) or len(answer) != 2:
+        return Verdict(False, f'A pair such as ("yes", "yes") is asked for, {found(answer)}.')
+    hints = (
         {
-            "yes": "Follow u through (29): with H = 0, into which state does it go?",
-            "no": "Try both controllers from a large tilt and compare.",
+            "yes": "Without filters the amplifier cuts what the program would have cut. Follow u "
+            "through (29): with H = 0, into which state does it go?",
         },
+        {
+            "no": "With filters between program and amplifier the order matters: does a filter of a "
+            "limited voltage equal a limited filtered one?",
+        },
+    )
+    for case, said, filters, hint in zip("ab", answer, (False, True), hints):
+        verdict = choose(f"Answer ({case})", said, _limits_matter(filters), hint)
+        if not verdict:
+            return verdict
+    return Verdict(
+        True, "The same cut twice changes nothing; a cut before a filter is another cut."
     )
 
 
-def _limits_matter():
+@lru_cache
+def _limits_matter(filters):
     """Simulate both programs on saturating amplifiers and compare."""
     design = paper_design("triple")
-    saturating = Imperfections(saturation=True)
+    saturating = Imperfections(saturation=True, filters=filters)
     runs = [
         simulate(design.rig, c, 2.0, initial=(0.05, 0.0, 0.0), imperfections=saturating)
         for c in (design.controller, replace(design.controller, u_max=None))
@@ -94,20 +116,99 @@ def _limits_matter():
 
 
 def exercise_4(answer, rig=None):
-    """Largest torque pulse of 50 ms on link 2 of the double with filters and limits, N m."""
-    design = paper_design("double") if rig is None else None
-    if design is None:
+    """Largest force of 50 ms at the centre of link 2 of the double with filters and limits, N."""
+    if rig is not None:
         return Verdict(False, "This exercise is about the paper's double pendulum; leave rig out.")
-    real = Imperfections(filters=True, saturation=True)
-    limits = largest_pulses(design.rig, design.controller, [PUSH], real, accuracy=0.01)
-    truth = limits.heights[1, 0]
+    forces, torques = _largest_forces()
     return compare(
-        "The height",
+        "The force",
         answer,
-        truth,
+        forces[1],
         [
-            (limits.impulses[1, 0], "That is the impulse; the height of the pulse is asked for."),
+            (forces[0], "That is a force on link 1; link 2 is asked for."),
+            (torques[1], "That is a torque in N m; a force at a point is asked for."),
+            (0.05 * forces[1], "That is the impulse; the height of the pulse is asked for."),
         ],
-        tolerance=TOLERANCE + 0.005,
+        tolerance=0.035,
         praise="A short push of that impulse is all it takes.",
     )
+
+
+@lru_cache
+def _largest_forces():
+    """(forces, torques) that the double survives for 50 ms on each link."""
+    design, real = paper_design("double"), Imperfections(filters=True, saturation=True)
+    return tuple(
+        largest_pulses(
+            design.rig, design.controller, [0.05], real, accuracy=0.01, levers=levers
+        ).heights[:, 0]
+        for levers in (force_levers(design.rig), None)
+    )
+
+
+def exercise_5(load, rig=None):
+    """A load that fades and lets the oscillation grow."""
+    if not callable(load):
+        return Verdict(False, f"A function of t is asked for, {found(load)}.")
+    first, last = (np.linalg.norm(array("load(t)", load(t), (3,))) for t in (0.0, 7.0))
+    if last >= 0.5 * first:
+        return Verdict(False, "The load must have faded to less than half by seven seconds.")
+    design = paper_design("triple")
+    draw, start = np.random.default_rng(1), np.array(bench_start(design.rig))
+    runs = simulate_many(
+        bench_rig(design.rig),
+        design.controller,
+        7.0,
+        [dict(initial=start + draw.uniform(-1e-3, 1e-3, 3)) for _ in range(6)],
+        progress=False,
+        disturbance=load,
+        imperfections=bench_imperfections(design.rig),
+    )
+    if any(run.fell for run in runs):
+        return Verdict(False, "Under this load the pendulum falls: less of it.")
+    thirds = ((0, 7 / 3), (14 / 3, 7))
+    swings = np.array([[words.swing(run, 1, *third) for third in thirds] for run in runs])
+    grown = int((swings[:, 1] > GROWN * swings[:, 0]).sum())
+    if grown > len(runs) / 2:
+        return Verdict(True, "A load closes the gears; as it fades, the limit cycle comes back.")
+    return Verdict(
+        False,
+        "From most starts the swing does not grow enough. Compare its first third with no load at "
+        "all: is it quenched, and which way does the load bend the rig?",
+    )
+
+
+def exercise_6(sides, rig=None):
+    """On which sides the voltages shift under an offset, and in Fig 16."""
+    if not isinstance(sides, (tuple, list)) or len(sides) != 2:
+        return Verdict(False, f'Two words such as ("same", "same") are asked for, {found(sides)}.')
+    hints = (
+        {
+            "opposite": "Look at the signs of both mean voltages for one offset, then for the others."
+        },
+        {"same": "Is the end of 16c that is missed above or below zero, and that of 16d?"},
+    )
+    for place, said, truth, hint in zip(
+        ("The first word", "The second word"), sides, (_shift(), _of_fig16()), hints
+    ):
+        verdict = choose(place, said, truth, hint)
+        if not verdict:
+            return verdict
+    return Verdict(
+        True, "Whatever the size of an offset, it cannot push one voltage up and the other down."
+    )
+
+
+def _shift():
+    design = paper_design("triple")
+    agree = []
+    for offset in 1e-3 * np.eye(4):
+        wrong = Imperfections(offset=tuple(offset))
+        run = simulate(design.rig, design.controller, 37.0, imperfections=wrong)
+        agree.append(np.prod(run.u[run.t >= 30].mean(axis=0)) > 0)
+    return "same" if all(agree) else "opposite"
+
+
+def _of_fig16():
+    upper, lower = published("fig16c.y_axis").values[1], published("fig16d.y_axis").values[0]
+    return "same" if upper * lower > 0 else "opposite"

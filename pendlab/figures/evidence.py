@@ -1,0 +1,173 @@
+"""What the bench is needed for: extremes before and after, hits without a mechanism, what sets what."""
+
+import numpy as np
+
+from ..paper.experiment import FIGURES, extremes, tick_intervals
+from .style import COLORS, describe, new_figure, styled
+
+PERCENTILES = (5, 50, 95)
+NEEDED = 2.5  # hits that a mechanism must be worth to be named
+STRONG = 0.9  # exponent that the description names
+EVENT = ("16b min", "16c max", "16d min")  # the signs of one event
+LOOKS = (("grey", "s"), ("blue", "o"), ("vermillion", "D"))
+
+
+@styled()
+def before_after(ensembles):
+    """Every extreme of Figs 15 to 17 in ticks from its axis limit, for several benches.
+
+    Parameters
+    ----------
+    ensembles : name of a bench -> {"triple": runs, "double": runs}
+    """
+    keys = [key for name in FIGURES for key in tick_intervals(name)]
+    fig = new_figure(9, 6.4)
+    ax = fig.subplots()
+    ax.axvspan(0, 1, color=COLORS["green"], alpha=0.15, label="as printed", linewidth=0)
+    counts = []
+    for k, (label, runs) in enumerate(ensembles.items()):
+        color, marker = LOOKS[k % len(LOOKS)]
+        depths = np.array([row for name in FIGURES for row in _depths(name, runs[name])])
+        low, middle, high = np.nanpercentile(depths, PERCENTILES, axis=1)
+        y = np.arange(len(keys)) + 0.3 * (k - (len(ensembles) - 1) / 2)
+        ax.errorbar(middle, y, xerr=(middle - low, high - middle), fmt=marker, markersize=5,
+                    color=COLORS[color], label=label, elinewidth=2.2)  # fmt: skip
+        met = int((((depths >= 0) & (depths <= 1)).mean(axis=1) >= 0.5).sum())
+        counts.append(f"{label}: {met} of {len(keys)}")
+    ax.axvline(0, color=COLORS["black"], linewidth=1)
+    ax.set(xlabel="ticks inside the printed axis limit (below 0: outside the axes)",
+           yticks=range(len(keys)), yticklabels=keys, ylim=(len(keys) - 0.5, -0.5), xlim=(-1.5, 4))  # fmt: skip
+    ax.legend(loc="lower right")
+    words = "; ".join(counts)
+    return describe(
+        fig,
+        f"Extremes that lie within the printed tick in at least half of the runs: {words}.",
+        "One row for each of the 22 extremes; a mark and a bar (median, 5 to 95 % of the runs) show "
+        f"how far inside the axis limit it lies, in ticks; the shaded column is where it must be. {words}.",
+    )
+
+
+def _depths(name, runs):
+    """For each extreme the runs' distances inside the axis limit, in ticks."""
+    values = [extremes(name, run) for run in runs]
+    for key, (low, high) in tick_intervals(name).items():
+        edge, inward = (low, 1) if key.endswith("min") else (high, -1)
+        yield [inward * (value[key] - edge) / (high - low) for value in values]
+
+
+@styled()
+def ablation(table):
+    """Hits out of 22 with one mechanism taken away each: ``changes.hits_without()``."""
+    totals = {label: sum(hits.values()) for label, hits in table.items()}
+    full = totals.pop("the bench")
+    order = sorted(totals, key=totals.get)
+    needed = [label for label, total in totals.items() if full - total > NEEDED]
+    fig = new_figure(9, 4.2)
+    bars, cells = fig.subplots(1, 2, width_ratios=(2, 3), sharey=True)
+    rows = ["the bench", *(f"without {label}" for label in order)]
+    values = [full, *(totals[label] for label in order)]
+    bars.barh(range(len(rows)), values, color=[COLORS["blue"]] + [COLORS["sky"]] * len(order))
+    for y, value in enumerate(values):
+        lost = f"{value - full:+.1f}" if y else f"{value:.1f}"
+        bars.text(0.3, y, lost, va="center", color="white" if not y else "black")
+    bars.set(yticks=range(len(rows)), yticklabels=rows, xlabel="hits of 22", xlim=(0, 22))
+    bars.invert_yaxis()
+    keys = list(table["the bench"])
+    shares = np.array([[table[label][key] for key in keys] for label in ["the bench", *order]])
+    cells.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    cells.set_xticks(range(len(keys)), keys, rotation=90, fontsize=8)
+    cells.grid(False)
+    cells.set_title("share of runs per extreme: white none, dark all", loc="left", fontsize=10)
+    return describe(
+        fig,
+        f"Each of these costs more than {NEEDED} hits when it is taken away: {', '.join(needed)}.",
+        "Bars: hits of 22 for the bench and for the bench without each mechanism. Beside them one "
+        "cell for each extreme, dark where all runs lie in the printed tick.",
+    )
+
+
+@styled()
+def what_sets_what(table):
+    """Exponents of ``changes.exponents(name)`` as a table of coloured cells."""
+    parts, quantities = list(table), list(next(iter(table.values())))
+    values = np.array([[table[part][quantity] for quantity in quantities] for part in parts])
+    fig = new_figure(8.5, 0.9 + 0.42 * len(parts))
+    ax = fig.subplots()
+    ax.imshow(values, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
+    for (i, j), value in np.ndenumerate(values):
+        ax.text(j, i, f"{value:+.1f}" if abs(value) >= 0.05 else "0", ha="center", va="center",
+                color="white" if abs(value) > 0.65 else "black")  # fmt: skip
+    ax.set_xticks(range(len(quantities)), quantities)
+    ax.set_yticks(range(len(parts)), parts)
+    ax.xaxis.tick_top()
+    ax.grid(False)
+    strong = "; ".join(
+        f"{quantities[j]} with {parts[i]}" for i, j in np.argwhere(np.abs(values) > STRONG)
+    )
+    return describe(
+        fig,
+        "The power with which each quantity follows each part: 1 in proportion, 0 not at all.",
+        f"A table of exponents, red for growing and blue for falling. Nearly in proportion: {strong or 'none'}.",
+    )
+
+
+@styled()
+def pushed(table):
+    """Which extremes of Fig 16 an ensemble meets under each push: rows of `tick_hits`."""
+    keys = [key for key in next(iter(table.values())) if key.startswith("16")]
+    shares = np.array([[hits[key] for key in keys] for hits in table.values()])
+    fig = new_figure(8.5, 1.2 + 0.34 * len(table))
+    ax = fig.subplots()
+    ax.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    for (i, j), value in np.ndenumerate(shares):
+        ax.text(j, i, f"{value:.0%}", ha="center", va="center", fontsize=9,
+                color="white" if value > 0.6 else "black")  # fmt: skip
+    ax.set_xticks(range(len(keys)), keys)
+    ax.set_yticks(range(len(table)), list(table))
+    ax.xaxis.tick_top()
+    ax.grid(False)
+    event = [keys.index(key) for key in EVENT]
+    at_once = int((shares[:, event].min(axis=1) >= 0.5).sum())
+    return describe(
+        fig,
+        f"Of {len(table)} pushes, {at_once} meet {', '.join(EVENT)} together.",
+        "Rows: pushes. Columns: the extremes of Fig 16, dark where most runs lie in the printed tick.",
+    )
+
+
+@styled()
+def cycles_figure(predicted, seen):
+    """Predicted limit cycles beside those of ensembles: size over frequency, one colour a mechanism.
+
+    Parameters
+    ----------
+    predicted : mechanism -> list of `studies.describing.Cycle`
+    seen : mechanism -> runs of the triple
+    """
+    fig = new_figure(9, 3.8)
+    axes = fig.subplots(1, 2, sharex=True)
+    for (name, cycles), color in zip(predicted.items(), ("blue", "vermillion", "green")):
+        rows = np.array([_cycle(run) for run in seen[name] if not run.fell])
+        for ax, joint in zip(axes, (0, 1)):
+            ax.loglog([c.hertz for c in cycles], [max(c.joints[joint], 1e-4) for c in cycles], "x",
+                      markersize=11, markeredgewidth=2.5, color=COLORS[color], label=f"{name}, predicted")  # fmt: skip
+            ax.loglog(rows[:, 0], np.maximum(rows[:, 1 + joint], 1e-4), "o", markersize=6, alpha=0.6,
+                      color=COLORS[color], label=f"{name}, simulated")  # fmt: skip
+    for ax, title in zip(axes, ("θ2−θ1", "θ3−θ2")):
+        ax.set(xlabel="frequency, Hz", ylabel=f"amplitude of {title}, rad")
+    axes[0].legend(fontsize=8)
+    return describe(
+        fig,
+        "Crosses: harmonic balance. Dots: the runs of an ensemble.",
+        "Amplitude over frequency on logarithmic axes for play alone, friction alone and both; "
+        "predicted points as crosses, simulated ones as dots.",
+    )
+
+
+def _cycle(run, since=10.0):
+    """(Hz, amplitudes of the driven angles) of a run, from a first harmonic of equal power."""
+    late = run.t >= since
+    swings = run.angles[late, 1:] - run.angles[late, 1:].mean(axis=0)
+    up = np.flatnonzero((swings[:-1, 0] < 0) & (swings[1:, 0] >= 0))
+    hertz = (len(up) - 1) / (run.dt * np.ptp(up)) if len(up) > 1 else np.nan
+    return hertz, *(np.sqrt(2) * swings.std(axis=0))

@@ -1,0 +1,102 @@
+"""The bench with one thing changed: what each mechanism is needed for, and what it sets."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from .._arguments import found, number
+from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
+from .designs import paper_design
+from .experiment import FIGURES, bench_ensemble, extremes, tick_hits
+
+# Mechanism -> (entry of `Imperfections`, index of the motor or None for all), or a name of its own.
+PARTS = {
+    "gap 1": ("gap", 0),
+    "gap 2": ("gap", 1),
+    "dry friction 1": ("gear_friction", 0),
+    "dry friction 2": ("gear_friction", 1),
+    "A/D step": ("resolution", None),
+    "sensor offsets": ("offset", None),
+    "damping 1": ("damping", 0),
+    "start by hand": ("initial", None),
+}
+
+
+def changed(name, part, factor=0.0):
+    """Arguments of `bench_ensemble` for the bench with one of `PARTS` multiplied by a factor.
+
+    Factor 0 takes the part away; for the damping of motor 1 that is the data sheet's value.
+
+    >>> changed("double", "gap 1")["imperfections"].gap
+    (0.0,)
+    """
+    if part not in PARTS:
+        raise ValueError(f"part: expected one of {', '.join(PARTS)}, {found(part)}.")
+    number("factor", factor, least=0)
+    entry, motor = PARTS[part]
+    rig = paper_design(name).rig
+    on, stands = bench_imperfections(rig), bench_rig(rig)
+    if entry == "initial":
+        return dict(initial=tuple(factor * angle for angle in bench_start(rig)))
+    if entry == "damping":
+        first = replace(
+            stands.motors[0],
+            damping=factor * stands.motors[0].damping if factor else rig.motors[0].damping,
+        )
+        return dict(rig=replace(stands, motors=(first, *stands.motors[1:])))
+    values = np.array(getattr(on, entry), dtype=float)
+    values[slice(None) if motor is None else slice(motor, motor + 1)] *= factor
+    return dict(imperfections=replace(on, **{entry: tuple(values.tolist())}))
+
+
+def hits_without(count=16):
+    """Mechanism -> `tick_hits` of both rigs together with that mechanism taken away."""
+    table = {"the bench": {}} | {part: {} for part in PARTS}
+    for label, hits in table.items():
+        for name in FIGURES:
+            change = {} if label == "the bench" else changed(name, label)
+            hits |= tick_hits(name, bench_ensemble(name, count, **change))
+    return table
+
+
+def quantities(name, run):
+    """What can be read off Fig 16 or 17: sizes (rad, V), frequency (Hz)."""
+    figure = FIGURES[name][0][-1]
+    found_ = extremes(name, run)
+    late = run.t >= 10.0
+    bend = run.angles[late, 1] - run.angles[late, 1].mean()
+    crossings = np.flatnonzero((bend[:-1] < 0) & (bend[1:] >= 0))
+    turns = len(crossings) - 1
+    values = {
+        "size of θ2−θ1": np.ptp(run.y[late, 1]) / 2,
+        "its frequency": turns / (run.dt * np.ptp(crossings)) if turns > 0 else np.nan,
+        "rate of link 1": (found_[f"{figure}b max"] - found_[f"{figure}b min"]) / 2,
+        "voltage 1": (found_[f"{figure}c max"] - found_[f"{figure}c min"]) / 2,
+    }
+    if name == "triple":
+        values["size of θ3−θ2"] = np.ptp(run.y[late, 2]) / 2
+        values["voltage 2"] = (found_[f"{figure}d max"] - found_[f"{figure}d min"]) / 2
+    return values
+
+
+def exponents(name, count=12, by=4 / 3):
+    """Part -> {quantity: p}, where the quantity goes as the p-th power of the part.
+
+    From two ensembles with the part divided and multiplied by `by`; p = 1 is in proportion, p = 0
+    no effect. Medians over the runs; nan where a run falls.
+    """
+    table = {}
+    for part, (_, motor) in PARTS.items():
+        if part == "start by hand" or (motor or 0) >= paper_design(name).rig.n_motors:
+            continue
+        low, high = (
+            _medians(name, bench_ensemble(name, count, **changed(name, part, factor)))
+            for factor in (1 / by, by)
+        )
+        table[part] = {key: np.log(high[key] / low[key]) / (2 * np.log(by)) for key in low}
+    return table
+
+
+def _medians(name, runs):
+    rows = [quantities(name, run) for run in runs]
+    return {key: float(np.median([row[key] for row in rows])) for key in rows[0]}
