@@ -140,11 +140,11 @@ def observer_page(design):
     def say(data, design):
         o, q = design.observer, design.model.noutputs
         rows = rows_in_words(np.hstack([o.L1, o.L2])[q:])
-        size = np.asarray(design.coefficients) / np.linalg.norm(design.coefficients)
+        noise = o.noise_gain(design.F[:1, : design.model.nstates])
         first = (
-            f"Condition of [C; T] {design.family.condition(size):.4g}. Estimating rows of [L1 L2]: "
-            f"{rows}. At {0.5 / design.dt:g} Hz the controller makes {short(data[-1].fastest)} V of an "
-            "angle of 1 rad."
+            f"Noise gain: white noise of 1 rad and 1 rad/s in the readings becomes {short(noise)} V at "
+            f"motor 1. Estimating rows of [L1 L2]: {rows}. At {0.5 / design.dt:g} Hz the controller "
+            f"makes {short(data[-1].fastest)} V of an angle of 1 rad."
         )
         return (
             "\n".join([first, *_loops_in_words(data, design)]),

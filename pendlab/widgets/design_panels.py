@@ -68,7 +68,7 @@ def weights_panel(name="double"):
 
 
 def observer_panel(name="double"):
-    """E and the choice in the null space: loops with filters, L, conditioning."""
+    """E and the choice in the null space: loops with filters, L, noise gain."""
     design = paper_design(name)
     fig = observer_page(design)
     controls, presets = OBSERVERS[name]

@@ -22,7 +22,7 @@ def own_rig(rig):
 
 
 def reference(rig, kp=None):
-    """The paper's weights and observer dynamics on this rig, best conditioned observer."""
+    """The paper's weights and observer dynamics on this rig, quietest observer."""
     paper = paper_design("triple")
     return Design(own_rig(rig), paper.Q, paper.R, paper.E, paper.kp if kp is None else kp)
 

@@ -86,30 +86,31 @@ def exercise_2(dimension_aligned, rig=None):
 
 
 def exercise_3(best_pair, rig=None):
-    """The two outputs of the double with which the best observer is conditioned best."""
-    conditions = _conditions()
+    """The two outputs of the double with which the quietest observer is quietest."""
+    noise = _noise_gains()
     try:
         pair = tuple(sorted(int(index) for index in best_pair if index == int(index)))
     except (TypeError, ValueError, OverflowError):
         pair = ()
-    if pair not in conditions:
+    if pair not in noise:
         return Verdict(
             False, "best_pair should be two different indices from 0, 1, 2, such as a tuple (i, j)."
         )
-    best = min(conditions, key=conditions.get)
-    if pair == best:
+    if pair == min(noise, key=noise.get):
         return Verdict(
-            True, "These two see the input within one sample, and so the unmeasured rate."
+            True,
+            "The tachometer sees the input within one sample, and the relative angle sees the link "
+            "that the lower angle and its own rate hardly tell of.",
         )
-    if conditions[pair] == max(conditions.values()):
+    if pair == max(noise, key=noise.get):
         return Verdict(
             False,
-            "With this pair [C; T] is worst conditioned of all: both angles hardly see the input in "
+            "With this pair the noise gain is the largest of all: both angles hardly see the input in "
             "one sample (look at C B), and both rates must be guessed.",
         )
     return Verdict(
         False,
-        "Better than the worst pair, but its condition is not the smallest; compare all three.",
+        "Quieter than the worst pair, but its noise gain is not the smallest; compare all three.",
     )
 
 
@@ -170,15 +171,13 @@ def _unit_member(model, E):
 
 
 @lru_cache
-def _conditions():
-    """Condition of [C; T] of the best member for each pair of the double's outputs."""
+def _noise_gains():
+    """Noise gain from y to xhat of the quietest member for each pair of the double's outputs."""
     model = sample(linearize(load("double")), TS)
     result = {}
     for pair in ((0, 1), (0, 2), (1, 2)):
         two = control.ss(model.A, model.B, model.C[list(pair)], 0, TS)
-        family = observer_family(two, [0.9, 0.8])
-        best = family.best()
-        result[pair] = family.condition(family.project(best.T, best.K))
+        result[pair] = observer_family(two, [0.9, 0.8]).best().noise_gain()
     return result
 
 
