@@ -139,6 +139,7 @@ RIGHT = {
     "03.3": lambda: ((1, 2),),
     "03.4": lambda: (44, 7),
     "03.5": lambda: (1.5, -0.5),
+    "03.6": lambda: (1.2, 0.2),
     "04.1": lambda: (-0.01,),
     "04.2": lambda: ([(0, 2), (2, 0), (1, 1)],),
     "04.3": lambda: (ripple(),),
@@ -188,13 +189,14 @@ MISTAKES = {
         (lambda: ([2, 2, -2], [2, 1]), "another scale"),
     ],
     "03.2": [(lambda: (4,), "both inputs"), (lambda: (8,), "no input kept out")],
-    "03.3": [(lambda: ((0, 1),), "worst"), (lambda: ((0, 2),), "all three")],
+    "03.3": [(lambda: ((0, 1),), "the largest of all"), (lambda: ((0, 2),), "all three")],
     "03.4": [
         (lambda: (43, 7), "just above"),
         (lambda: (43.70869, 7), "round"),
         (lambda: (7, 44), "other"),
     ],
     "03.5": [(lambda: (1.1, -0.5), "odd number"), (lambda: (1.5, 0.5), "opposite sign")],
+    "03.6": [(lambda: (0.6, 0.2), "of the text"), (lambda: (1.2, 2.2), "lower end")],
     "04.1": [(lambda: (0,), "sensor shows"), (lambda: (0.01,), "sign")],
     "04.2": [
         (lambda: ([(2, 0), (0, 2), (1, 1)],), "other way round"),

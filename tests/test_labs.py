@@ -20,7 +20,6 @@ SERIES = sorted(
 )
 LONGER = {  # on their way below ninety minutes
     "02_system_and_models",
-    "03_relative_stability_recovery",
     "04_controller_design",
     "05_experimental_results",
     "06_conclusion",

@@ -14,6 +14,7 @@ from .judging import Verdict, all_right, compare
 
 TS = 0.01
 POLES, ZERO = (1.1, 1.5), 1.2
+SMALL_POLE = 1.2  # of the small plant of section 3.9
 
 
 def exercise_1(T_dead=None, K_dead=None, rig=None):
@@ -127,6 +128,33 @@ def exercise_4(samples_slow=None, samples_fast=None, rig=None):
 def exercise_5(impossible_pole=None, k=None, rig=None):
     """Which pole forbids a stable controller, and a gain for the other plant."""
     return all_right(_impossible(impossible_pole), _stabilises(k))
+
+
+def exercise_6(c_deadbeat=None, c_least=None, rig=None):
+    """Where the sensor y = c x1 + x2 puts the invariant zero 1.2 - c of the small plant."""
+    return all_right(
+        compare(
+            "c_deadbeat",
+            c_deadbeat,
+            SMALL_POLE,
+            [
+                (0, "E = 0 is where the zero has to be; which c puts it there?"),
+                (0.6, "That is the sensor of the text, with its zero at 0.6."),
+                (0.2, "There the zero is at 1; E = 0 asks for a zero at 0."),
+            ],
+        ),
+        compare(
+            "c_least",
+            c_least,
+            SMALL_POLE - 1,
+            [
+                (2.2, "Above that c the zero lies beyond -1; asked is the lower end."),
+                (0, "With c = 0 the zero is at 1.2, outside already."),
+                (1.2, "There the zero is at 0, well inside the circle."),
+            ],
+            praise="The zero belongs to the observer, so it has to be a stable one.",
+        ),
+    )
 
 
 def _impossible(pole):
