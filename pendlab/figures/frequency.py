@@ -8,9 +8,8 @@ artists' data, so that a slider can drive them.
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.optimize import brentq
 
-from ..loop import Margins, frequency_response, least, margins
+from ..loop import Margins, crossings, frequency_response, least, margins
 from ..nyquist import Encirclements, encirclements
 from .style import COLORS, look
 
@@ -81,11 +80,8 @@ def _negative_real(loop, omega, curve):
     def imag(omega):
         return _curve(loop, [omega])[0].imag
 
-    change = np.flatnonzero((curve.imag[:-1] * curve.imag[1:] < 0) & (curve.real[:-1] < 0))
-    if not len(change):
-        return np.nan
-    k = change[np.argmax(curve.real[change])]
-    return brentq(imag, omega[k], omega[k + 1])
+    at = crossings(omega, np.where(curve.real < 0, curve.imag, np.nan), imag)
+    return max(at, key=lambda w: _curve(loop, [w])[0].real, default=np.nan)
 
 
 def draw_nyquist(ax, curves, looks, frame=None, paper=None, zoom=None):
