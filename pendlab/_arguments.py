@@ -79,10 +79,11 @@ def array(name, value, shape=None, finite=True):
 
 
 def instance(name, value, kind, example=""):
-    """`value` if it is a `kind`, one of pendlab's own; `example` says where to get one."""
+    """`value` if it is a `kind`; `example` says where to get one."""
     if not isinstance(value, kind):
         example = example and f" such as {example}"
-        raise TypeError(f"{name}: expected a pl.{kind.__name__}{example}, {found(value)}.")
+        home = kind.__module__.partition(".")[0].replace("pendlab", "pl")
+        raise TypeError(f"{name}: expected a {home}.{kind.__name__}{example}, {found(value)}.")
     return value
 
 
@@ -131,11 +132,11 @@ def flag(name, value):
     return bool(value)
 
 
-def text(name, value):
-    """`value` if it is text that says something."""
+def text(name, value, empty=False):
+    """`value` if it is text, one that says something unless `empty` is allowed."""
     if not isinstance(value, str):
         raise TypeError(f"{name}: expected text in quotes, {found(value)}.")
-    if not value.strip():
+    if not empty and not value.strip():
         raise ValueError(f"{name}: expected text, found none; write your own.")
     return value
 
@@ -145,6 +146,35 @@ def function(name, value, expected="a function"):
     if not callable(value):
         raise TypeError(f"{name}: expected {expected}, {found(value)}.")
     return value
+
+
+def items(name, value, expected):
+    """`value` as a list, if it is a list or tuple."""
+    if not isinstance(value, (list, tuple)):
+        raise TypeError(f"{name}: expected a list of {expected}, {found(value)}.")
+    return list(value)
+
+
+def mapping(name, value, example, least=1):
+    """`value` if it is a dict with `least` entries; `example` shows one."""
+    if not isinstance(value, dict) or len(value) < least:
+        raise TypeError(f"{name}: expected a dict such as {example}, {found(value)}.")
+    return value
+
+
+def interval(name, value, free=False):
+    """`value` as (low, high); either may be None where `free`."""
+    try:
+        low, high = value
+    except (TypeError, ValueError):
+        raise ValueError(f"{name}: expected two ends (low, high), {found(value)}.") from None
+    low, high = (
+        end if free and end is None else number(name, end, least=-1e100, most=1e100)
+        for end in (low, high)
+    )
+    if None not in (low, high) and not high - low > 1e-9 * max(abs(low), abs(high)):
+        raise ValueError(f"{name}: expected the lower end first, {found(value)}.")
+    return low, high
 
 
 def path(name, value):

@@ -20,19 +20,21 @@ from pathlib import Path
 
 ROOT = Path(__file__).parent.parent
 TESTS = {
-    "loop": ["tests/test_loop.py", "tests/cases", "pendlab/loop.py"],
-    "nyquist": ["tests/test_loop.py", "tests/cases"],
-    "gain": ["tests/test_gain.py", "tests/cases"],
-    "observers": ["tests/test_observers.py", "tests/cases"],
-    "sampled": ["tests/test_sampled.py", "tests/test_loop.py", "tests/cases"],
-    "models": ["tests/test_models.py", "tests/cases"],
-    "controllers": ["tests/test_controllers.py", "tests/cases"],
+    "loop": ["tests/test_loop.py", "pendlab/loop.py"],
+    "nyquist": ["tests/test_loop.py"],
+    "gain": ["tests/test_gain.py", "tests/cases/test_scaling.py"],
+    "observers": ["tests/test_observers.py"],
+    "sampled": ["tests/test_sampled.py"],
+    "models": ["tests/test_models.py"],
+    "controllers": ["tests/test_controllers.py"],
     "design": ["tests/test_design.py"],
-    "studies/controllability": ["tests/test_controllability.py", "tests/cases"],
-    "studies/structured": ["tests/test_transmission.py", "tests/cases"],
-    "studies/transmission": ["tests/test_transmission.py", "tests/cases"],
-    "studies/pushes": ["tests/test_pushes.py"],
+    "studies/controllability": ["tests/test_controllability.py"],
+    "studies/structured": ["tests/test_transmission.py"],
+    "studies/transmission": ["tests/test_transmission.py"],
+    "studies/pushes": ["tests/test_pushes.py", "tests/cases/test_searches_end.py"],
     "studies/code_export": ["tests/test_c_export.py"],
+    "bench/plant": ["tests/test_simulation_plant.py"],
+    "bench/kernel": ["tests/test_simulation.py", "tests/test_simulation_plant.py"],
 }
 NEIGHBOURS = {
     "+": "-", "-": "+", "*": "/", "/": "*", "@": "*", "<": "<=", "<=": "<", ">": ">=", ">=": ">",

@@ -57,8 +57,8 @@ def test_panels_axes_and_pieces():
         ({"y": {"a": (T, T, "red")}}, {}, "expected a look"),
         ({"y": {"a": (T, T[1:])}}, {}, r"one length, found \(20,\) and \(19,\)"),
         ({"y": {"a": (T, ["one"] * 20)}}, {}, "expected numbers"),
-        ({"y": {"a": (T, T)}}, {"log": "z"}, 'log: expected "", "x", "y" or "xy"'),
-        ({"y": {"a": (T, T)}}, {"width": -1}, "width: expected a number above"),
+        ({"y": {"a": (T, T)}}, {"log": "z"}, "log: expected one of '', 'x', 'y', 'xy'"),
+        ({"y": {"a": (T, T)}}, {"width": -1}, "width: expected a number of at least 0.5"),
         ({"y": {"a": (T, T)}}, {"x_label": ["one", "two"]}, "one for each of 1 panels"),
         ({"y": {"a": (T, T)}}, {"frame": 3}, "frame: expected"),
     ],
@@ -89,7 +89,7 @@ def test_chains_of_blocks():
     fig = pl.block_chains([[("A", "x"), ("B", "y")], [("C", "z")]], "c", "a")
     texts = [text.get_text() for text in fig.axes[0].texts]
     assert {"(a)", "(b)", "A", "B", "C", "x", "y", "z", "$u$"} <= set(texts)
-    with pytest.raises(ValueError, match="rows: expected lists of pairs"):
+    with pytest.raises(ValueError, match="rows: expected 1 to 10 lists of pairs"):
         pl.block_chains([["A"]])
 
 

@@ -357,7 +357,7 @@ def test_figures_of_two_inputs_ask_for_them(number, double):
 def test_wrong_design_is_named():
     with pytest.raises(TypeError, match=r"design: expected a pl\.Design"):
         pl.figure(8, "double")
-    with pytest.raises(TypeError, match=r"design: expected a pl\.Design"):
+    with pytest.raises(TypeError, match=r"other: expected a pl\.Design"):
         pl.figure(8, other=3)
     with pytest.raises(ValueError, match="k_p to mark"):
         pl.figure(6, pl.paper_design("double"))

@@ -149,7 +149,7 @@ def test_at_moves_the_page(made):
 def test_at_names_what_it_does_not_know(made):
     with pytest.raises(ValueError, match="no such control; it has k, steep, way"):
         made.at(slope=1)
-    with pytest.raises(ValueError, match="expected one of up, down"):
+    with pytest.raises(ValueError, match="way: expected one of 'up', 'down'"):
         made.at(k=5.0, way="left")
     with pytest.raises(ValueError, match=r"k: expected 0\.01 to 10 or 0, found -5"):
         made.at(k=-5)

@@ -25,10 +25,6 @@ import pendlab as pl
 PACKAGE = Path(pl.__file__).parent
 
 
-# Swept next: modules whose names draw or show.
-DRAWING = {"figures", "widgets"}
-
-
 class Thing:
     """An object of no use to anybody."""
 
@@ -128,6 +124,9 @@ def made(name):
         "run": lambda: pl.simulate(design.rig, design.controller, 0.1),
         "run3": lambda: pl.simulate(triple.rig, triple.controller, 0.1),
         "motion": lambda: pl.derive(2, 1),
+        "axes": lambda: pl.new_figure().subplots(),
+        "study": lambda: pl.bar_study(design.rig, [0.01, 0.1]),
+        "pushes": lambda: pl.largest_pulses(design.rig, design.controller, [0.1], accuracy=0.5),
         "state": lambda: design.controller.start(),
         "score": lambda: pl.Score(50.0, ()),
         "panel": lambda: pl.Panel(
@@ -137,7 +136,7 @@ def made(name):
 
 
 def slider():
-    return pl.Slider("a", "a", 0.0, 1.0, 0.5)
+    return pl.Slider("k_p", "k_p, V/rad", 0.0, 1.0, 0.5)
 
 
 def view():
@@ -155,7 +154,7 @@ def good():
     """Name -> one or more calls that work, as arguments by name."""
     m = made
     AB = dict(A=[[0.0, 1.0], [2.0, 0.0]], B=[[0.0], [1.0]])
-    y, u = np.full(3, 0.01), np.zeros(1)
+    y, u, t = np.full(3, 0.01), np.zeros(1), np.linspace(0, 1, 20)
     sim = dict(rig=m("rig"), controller=m("controller"), t_end=0.05)
     link = dict(length=0.3, mass=1.0, inertia=0.01, com=0.2, friction=0.01)
     Pulse = dict(link=1, start=0.0, length=0.1, height=0.1)
@@ -282,11 +281,45 @@ def good():
             dict(number=5),
             *(dict(number=k, design=m("design")) for k in (7, 8)),
             *(dict(number=k, design=m("design3")) for k in (6, 10, 11, 12, 13, 14)),
-            dict(number=2, design=m("rig")), dict(number=3, design=m("triple")),
+            dict(number=2, design=m("rig"), angles=[0.1, 0.1]),
+            dict(number=6, design=m("design3"), kps=[0.0, 10.0]),
+            dict(number=8, design=m("design"), other=m("design")),
+ dict(number=3, design=m("triple")),
             *(dict(number=k, design=m("run3")) for k in (15, 16)), dict(number=17, design=m("run")),
         ],
         "show": dict(fig=pl.new_figure()),
         "save": dict(fig=pl.new_figure(), folder="pictures", name="one"),
+        "styled": {},
+        "look": dict(name="theta1"),
+        "describe": dict(fig=pl.new_figure(), caption="A frame.", alt="Two axes."),
+        "lines": dict(
+            panels={"angle, rad": {"theta1": (t, t, {})}}, x_label="time, s", caption="A line.",
+            alt="A line.", log="", width=9.0, height=3.4, sharey=False, frame=((0, 1), (0, 1)),
+        ),
+        "animation": dict(
+            rig=m("rig"), t=t, angles=np.zeros((20, 2)), caption="A rest.", width=360, height=320,
+            speed=1.0, title="Rest",
+        ),
+        "compare": dict(
+            runs={"ideal": m("run")}, panel="a", window=(0.0, 0.1), frame=(-1.0, 1.0), own_axes=False
+        ),
+        "draw_traces": dict(
+            ax=m("axes"), run=m("run"), panel="a", window=(0.0, 0.1), frame=(-1.0, 1.0)
+        ),
+        "pushes_figure": dict(maps={"ideal": m("pushes")}),
+        "root_locus": dict(model=m("model3"), kps=np.linspace(0.0, 10.0, 5), kp=10.0),
+        "transmission_figure": dict(designs={"paper": m("design")}, points=10),
+        "gain_region_figure": dict(designs={"paper": m("design3")}, points=5, reach=10.0),
+        "bar_study": dict(rig=m("rig"), inertias=[0.01, 0.1]),
+        "bars": dict(study=m("study"), added=[0.0, 0.1], width=9.6, height=4.0),
+        "biped": {},
+        "strobe": dict(rig=m("rig"), t=t, angles=np.zeros((20, 2)), every=0.09, count=7),
+        "modes": dict(rig=m("rig"), lean=0.4),
+        "block_chains": dict(rows=[[("$-F$", "$u_r$")]], caption="A block.", alt="A block."),
+        "series_map": {},
+        "parameter_table": dict(name="double"),
+        "bench_table": {},
+        "bench_notes": {},
         "new_figure": dict(width=3.0, height=2.0, layout="constrained"),
         "check": dict(exercise="02.1", answer=(1.0,), rig=m("rig")),
         "Verdict": None,
@@ -299,30 +332,33 @@ def good():
         "write_leaderboard": dict(path="board.json", name="Ada", score=m("score"), season=1),
         "doctor": {},
         "Slider": dict(
-            name="a", label="a", low=0.1, high=1.0, value=0.5, log=True, zero=False, step=0.1
+            name="k_p", label="k_p, V/rad", low=0.1, high=1.0, value=0.5, log=True, zero=False, step=0.1
         ),
-        "Slider.clipped": dict(value=0.5),
+        "Slider.checked": dict(value=0.5),
+        "Slider.read": dict(text="0,5"),
+        "Slider.spoken": dict(value=0.5),
         "Slider.value_at": dict(position=0.5),
         "Slider.position_of": dict(value=0.5),
-        "Switch": dict(name="a", label="a", value=False),
-        "Switch.clipped": dict(value=True),
-        "Choice": dict(name="a", label="a", options={"one": 1, "two": 2}, value=1),
-        "Choice.clipped": dict(value=1),
-        "View": dict(figure=pl.new_figure(), update=lambda **v: "", moving=(), beside=None),
+        "Switch": dict(name="steep", label="steep", value=False),
+        "Switch.checked": dict(value=True),
+        "Choice": dict(name="way", label="way", options={"one": 1, "two": 2}, value=1),
+        "Choice.checked": dict(value=1),
+        "View": dict(figure=pl.new_figure(), update=lambda **v: "", moving=(), beside=None, idle=None),
         "Panel": dict(
-            title="t", controls=[slider()], view=view(), legend=("a",), presets={"one": {"a": 1.0}},
-            actions={}, continuous=True,
+            title="t", controls=[slider()], view=view(), legend=("A line.",), presets={"one": {"k_p": 1.0}},
+            actions={}, continuous=True, first=("k_p",),
         ),
-        "Panel.at": dict(a=0.5),
+        "Panel.at": dict(k_p=0.5),
         "Panel.act": dict(name="go"),
         "Panel.ends": {},
+        "Panel.still": {},
         "Panel.close": {},
         "bench_panel": dict(name="double"),
         "kp_panel": {},
         "observer_panel": dict(name="double"),
         "triple_panel": {},
         "weights_panel": dict(name="double"),
-        "bar_panel": dict(name="double", study=None),
+        "bar_panel": dict(name="double", study=m("study")),
         "sampling_panel": {},
     }  # fmt: skip
 
@@ -346,8 +382,8 @@ def receiver(name):
         "Imperfections": pl.Imperfections,
         "Panel": lambda: made("panel"),
         "Slider": slider,
-        "Switch": lambda: pl.Switch("a", "a"),
-        "Choice": lambda: pl.Choice("a", "a", {"one": 1, "two": 2}, 1),
+        "Switch": lambda: pl.Switch("steep", "steep"),
+        "Choice": lambda: pl.Choice("way", "way", {"one": 1, "two": 2}, 1),
     }[name]()
 
 
@@ -355,8 +391,6 @@ def public():
     """Names of all public callables: functions, classes, and the methods of public classes."""
     for name in pl.__all__:
         thing = getattr(pl, name)
-        if name in pl._HOME and pl._HOME[name].split(".")[0] in DRAWING:
-            continue
         if callable(thing):
             yield name
         if inspect.isclass(thing):
@@ -409,7 +443,9 @@ def fault(function, arguments, changed, value, meaningless=False):
             warnings.simplefilter("error")
             answer = call(function, {**arguments, changed: value})
     except (ValueError, TypeError) as problem:
-        return _fault_of(problem, {*arguments, changed})
+        # A control goes by its own name: that of the argument which it stands for.
+        control = getattr(getattr(function, "__self__", None), "name", changed)
+        return _fault_of(problem, {*arguments, changed, str(control)})
     except TooLong as problem:
         return f"HANG {problem}"
     except Exception as problem:
@@ -448,14 +484,13 @@ def guarded(tmp_path, monkeypatch):
 
 
 def test_every_public_callable_has_a_good_call():
-    drawing = {n for n in good() if pl._HOME[n.split(".")[0]].split(".")[0] in DRAWING}
-    assert set(public()) == set(good()) - drawing
+    assert set(public()) == set(good())
 
 
 CALLS = {
     name: calls if isinstance(calls, list) else [calls]
     for name, calls in good().items()
-    if calls is not None and pl._HOME[name.split(".")[0]].split(".")[0] not in DRAWING
+    if calls is not None
 }
 
 

@@ -6,11 +6,14 @@ writes it as PNG and SVG.
 
 import html
 import re
-from pathlib import Path
 
-from .._arguments import found
+import numpy as np
+from matplotlib.figure import Figure
+
+from .._arguments import found, instance, path, text
+from ..bench.simulation import Run
 from ..design import Design
-from ..parameters import load
+from ..parameters import Pendulum, load
 from . import experiments, loops, schematics, style
 from .style import new_figure
 
@@ -56,19 +59,23 @@ def figure(number, design=None, **options):
     >>> figure(5).caption[:6]
     'Fig 5.'
     """
-    if number not in numbers():
+    whole = isinstance(number, (int, np.integer)) and not isinstance(number, bool)
+    if not whole or number not in numbers():
         known = ", ".join(map(str, numbers()))
         raise ValueError(
             f"number: expected a figure of the paper, one of {known}, {found(number)}."
         )
     if number in OF_A_RIG:
         draw, name = OF_A_RIG[number]
-        rig = load(name) if design is None else design
-        return draw(rig.rig if isinstance(rig, Design) else rig, **options)
+        rig = design.rig if isinstance(design, Design) else design
+        rig = load(name) if rig is None else instance("design", rig, Pendulum, f'pl.load("{name}")')
+        return draw(rig, **options)
     if number in OF_NOTHING:
         return OF_NOTHING[number](**options)
     if number in OF_A_DESIGN:
         return OF_A_DESIGN[number](design, **options)
+    if design is not None:
+        instance("design", design, Run, "pl.simulate(...)")
     return OF_A_RUN[number](design, **options)
 
 
@@ -81,6 +88,7 @@ def show(fig):
     """Display a figure in a notebook: the picture, then caption and folded description as text."""
     from IPython.display import Markdown, display
 
+    instance("fig", fig, Figure, "pl.new_figure()")
     caption = getattr(fig, "caption", "")
     alt = getattr(fig, "alt", "")
     picture = style.small_png(fig)
@@ -103,6 +111,7 @@ def save(fig, folder, name):
     -------
     the two paths
     """
-    folder = Path(folder)
+    instance("fig", fig, Figure, "pl.new_figure()")
+    folder, name = path("folder", folder), text("name", name)
     folder.mkdir(parents=True, exist_ok=True)
     return tuple(style.save(fig, folder / f"{name}.{suffix}") for suffix in ("png", "svg"))

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import array
+from .._arguments import array, found, instance, number
 from ..parameters import Pendulum
 from ..studies.controllability import ControllabilityMeasures, controllability_measures, with_bar
 from .moving import check_rig, link_color
@@ -41,7 +41,8 @@ class BarStudy:
         added = array("added", added, (self.rig.n_links,))
         rig = self.rig
         for link, inertia in enumerate(added, 1):
-            rig = with_bar(rig, link, float(inertia))
+            inertia = number(f"added[{link - 1}]", float(inertia), least=0, most=1e6)
+            rig = with_bar(rig, link, inertia)
         return _factors(self.bare, controllability_measures(rig))
 
     def best(self, panel):
@@ -59,6 +60,12 @@ def bar_study(rig, inertias=None):
     inertias = (
         np.geomspace(1e-3, 1, 33) if inertias is None else array("inertias", inertias, (None,))
     )
+    if not (
+        len(inertias) and 0 < inertias[0] and inertias[-1] <= 1e6 and np.all(np.diff(inertias) > 0)
+    ):
+        raise ValueError(
+            f"inertias: expected rising numbers above 0 and up to 1e6 kg m^2, {found(inertias)}."
+        )
     bare = controllability_measures(check_rig(rig))
     factors = [
         [
@@ -130,6 +137,7 @@ def draw_bars(axes, study):
 @styled()
 def bars(study, added=None, width=9.6, height=4.0):
     """The figure of a `BarStudy`, with bars of the inertias `added` marked; ``fig.update(added)``."""
+    instance("study", study, BarStudy, "pl.bar_study(rig)")
     fig = new_figure(width, height)
     axes = fig.subplots(1, 3, sharey=True)
     by_distance, by_tilt = study.best(1), study.best(2)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._arguments import found
+from .._arguments import flag, found, interval, items, mapping, one_of, text
 from .style import COLORS, LINES, describe, new_figure, styled
 
 # For curves that are no signal of the rig, in this order.
@@ -52,14 +52,20 @@ def lines(
     >>> fig.axes[0].get_xlabel(), fig.caption
     ('time, s', 'A parabola.')
     """
-    panels = {label: _curves(label, curves) for label, curves in _dict("panels", panels).items()}
-    x_labels = [x_label] * len(panels) if isinstance(x_label, str) else list(x_label)
+    example = '{"angle, rad": {"theta1": (t, angle)}}'
+    panels = {
+        label: _curves(label, curves)
+        for label, curves in mapping("panels", panels, example).items()
+    }
+    if isinstance(x_label, str):
+        x_label = [x_label] * len(panels)
+    x_labels = [text("x_label", one, empty=True) for one in items("x_label", x_label, "texts")]
     if len(x_labels) != len(panels):
         raise ValueError(
             f"x_label: expected one text or one for each of {len(panels)} panels, {found(x_label)}."
         )
-    if log not in ("", "x", "y", "xy"):
-        raise ValueError(f'log: expected "", "x", "y" or "xy", {found(log)}.')
+    one_of("log", log, ("", "x", "y", "xy"))
+    flag("sharey", sharey)
     if frame is not None:
         frame = _frame(frame)
     fig = new_figure(width, height)
@@ -83,7 +89,7 @@ def _frame(frame):
         raise ValueError(
             f"frame: expected ((left, right), (bottom, top)) with None for a free end, {found(frame)}."
         ) from None
-    return (left, right), (bottom, top)
+    return interval("frame", (left, right), free=True), interval("frame", (bottom, top), free=True)
 
 
 def _draw(ax, label, x, y, given, pen):
@@ -99,7 +105,7 @@ def _draw(ax, label, x, y, given, pen):
 def _curves(panel, curves):
     """(label, x, y, look) of each curve of a panel, checked."""
     checked = []
-    for label, curve in _dict(f"panels[{panel!r}]", curves).items():
+    for label, curve in mapping(f"panels[{panel!r}]", curves, '{"theta1": (t, angle)}').items():
         name = f"panels[{panel!r}][{label!r}]"
         if not isinstance(curve, (tuple, list)) or len(curve) not in (2, 3):
             raise TypeError(f"{name}: expected (x, y) or (x, y, look), {found(curve)}.")
@@ -116,12 +122,3 @@ def _curves(panel, curves):
             )
         checked.append((label, np.atleast_1d(x), np.atleast_1d(y), given))
     return checked
-
-
-def _dict(name, value):
-    if not isinstance(value, dict) or not value:
-        raise TypeError(
-            f'{name}: expected a dict such as {{"angle, rad": {{"theta1": (t, angle)}}}}, '
-            f"{found(value)}."
-        )
-    return value

@@ -6,7 +6,7 @@ from label to `Design` and have ``fig.update(designs)`` for as many others.
 
 import numpy as np
 
-from .._arguments import found
+from .._arguments import found, number, whole
 from ..design import Design
 from ..loop import frequency_response
 from ..studies.transmission import closed_loop, peak_gain
@@ -73,7 +73,7 @@ def transmission_figure(designs, points=400):
     """Readings -> voltages and torques -> angles over frequency, with filters, for each design."""
     count, first = len(_each_design(designs)), next(iter(designs.values()))
     n, m = first.rig.n_links, first.rig.n_motors
-    hz = np.geomspace(0.01, 0.5 / first.dt, points)
+    hz = np.geomspace(0.01, 0.5 / first.dt, whole("points", points, least=2, most=100_000))
     voltages, links = [f"u{i + 1}" for i in range(m)], [angle_name(i + 1) for i in range(n)]
     fig = new_figure(10, 4.2)
     left, right = fig.subplots(1, 2)
@@ -145,6 +145,8 @@ def draw_gain_region(ax, factors, stable):
 def gain_region_figure(designs, points=61, reach=10.0):
     """For each design a panel of the gain factors at both inputs that keep it stable, with filters."""
     count = len(_each_design(designs, motors=2))
+    number("reach", reach, above=1, most=1e6)
+    points = whole("points", points, least=2, most=501)
     factors = np.geomspace(1 / reach, reach, points)  # an odd count has 1 among them
     fig = new_figure(4.6 * count, 4.4)
     axes = np.ravel(fig.subplots(1, count))

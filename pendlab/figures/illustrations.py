@@ -61,7 +61,7 @@ def strobe(rig, t, angles, every=0.09, count=7):
     t = array("t", t, (None,))
     angles = array("angles", angles, (len(t), n))
     number("every", every, above=0)
-    times = t[-1] - every * np.arange(whole("count", count, least=1))[::-1]
+    times = t[-1] - every * np.arange(whole("count", count, least=1, most=1000))[::-1]
     poses = joints(rig, np.stack([np.interp(times, t, column) for column in angles.T], axis=-1))
     fig = new_figure(6, 3.6)
     ax = fig.subplots()
@@ -124,9 +124,14 @@ def block_chains(rows, caption="", alt=""):
     >>> block_chains([[(r"$\\Phi B$", "$x$"), ("$-F$", "$u_r$")]], "From u to u_r.").caption
     'From u to u_r.'
     """
-    if not rows or not all(len(block) == 2 for row in rows for block in row):
+    if (
+        not _some(rows)
+        or len(rows) > 10
+        or not all(_some(row) and all(map(_pair, row)) for row in rows)
+    ):
         raise ValueError(
-            f'rows: expected lists of pairs such as [[("$-F$", "$u_r$")]], {found(rows)}.'
+            'rows: expected 1 to 10 lists of pairs of texts such as [[("$-F$", "$u_r$")]], '
+            f"{found(rows)}."
         )
     fig, ax = canvas(9, 0.95 * len(rows))
     for i, blocks in enumerate(rows):
@@ -135,6 +140,14 @@ def block_chains(rows, caption="", alt=""):
             ax.text(0.1, y, f"({'abcdefghij'[i]})", va="center", color=INK)
         chain(ax, 0.5, 9 - 0.4, y, "$u$", blocks)
     return describe(fig, caption, alt)
+
+
+def _some(value):
+    return isinstance(value, (list, tuple)) and len(value) > 0
+
+
+def _pair(block):
+    return _some(block) and len(block) == 2 and all(isinstance(text, str) for text in block)
 
 
 def _draw_links(ax, points, **line):

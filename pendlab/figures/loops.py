@@ -95,7 +95,9 @@ def fig8(design=None, other=None):
     """
     if design is None and other is None:
         other = paper_design("double", 2)
-    designs = [_given(d, "double") for d in ((design,) if other is None else (design, other))]
+    designs = [_given(design, "double")]
+    if other is not None:
+        designs.append(_given(other, "double", "other"))
     looks = [look("nominal"), look("filters", label="observer 1, with filters"), look("observer2")]
     looks = looks[: 1 + len(designs)]
 
@@ -218,12 +220,12 @@ def _printed(number, curves):
     return [(known.get(f"{name}.lower"), known.get(f"{name}.upper")) for name in names]
 
 
-def _given(design, name):
+def _given(design, name, argument="design"):
     if design is None:
         return paper_design(name)
     if not isinstance(design, Design):
         raise TypeError(
-            f'design: expected a pl.Design, {found(design)}; try pl.paper_design("{name}").'
+            f'{argument}: expected a pl.Design, {found(design)}; try pl.paper_design("{name}").'
         )
     return design
 

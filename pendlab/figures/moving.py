@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._arguments import array, found, number
+from .._arguments import array, found, number, text
 from ..parameters import Pendulum
 from .style import COLORS, angle_name, image_html, look, styled
 
@@ -148,12 +148,13 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
     number("speed", speed, above=0)
     number("width", width, above=60)
     number("height", height, above=60)
-    seconds = t[-1] - t[0]
-    playing = seconds / speed
+    playing = (t[-1] - t[0]) / speed
+    if not playing <= 3600:
+        raise ValueError(f"t, speed: expected a film of an hour at most, found {playing:.3g} s.")
     times = np.linspace(t[0], t[-1], max(2, round(playing * FPS) + 1))
     frames = np.stack([np.interp(times, t, column) for column in angles.T], axis=-1)
     points, ground = _to_pixels(rig, joints(rig, frames), width, height)
-    title = f"{rig.name}: pendulum in motion" if title is None else title
+    title = f"{rig.name}: pendulum in motion" if title is None else text("title", title)
     ends = f"{t[0]:g} s to {t[-1]:g} s"
     largest = ", ".join(
         f"{angle_name(i + 1)} {np.abs(angles[:, i]).max():.3f} rad" for i in range(n)
@@ -213,6 +214,8 @@ def animation(rig, t, angles, caption=None, **options):
     """
     from IPython.display import HTML
 
+    if caption is not None:
+        text("caption", caption)
     svg = animate_svg(rig, t, angles, **options)
     title, about = (
         unescape(svg.split(f"<{part}>")[1].split(f"</{part}>")[0]) for part in ("title", "desc")

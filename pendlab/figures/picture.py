@@ -4,6 +4,10 @@ import struct
 import zlib
 
 import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.figure import Figure
+
+from .._arguments import instance, items
 
 
 class Picture:
@@ -42,6 +46,13 @@ class Picture:
             for artist in self.moving:
                 (artist.axes or self.figure).draw_artist(artist)
         return png_bytes(np.asarray(canvas.buffer_rgba())[:, :, :3])
+
+
+def check_artists(figure, moving):
+    """A sentence on what is no figure, or no artist among those that move."""
+    instance("figure", figure, Figure, "pl.new_figure()")
+    for i, artist in enumerate(items("moving", moving, "artists")):
+        instance(f"moving[{i}]", artist, Artist)
 
 
 def png_bytes(pixels):

@@ -45,8 +45,10 @@ def root_locus(model, kps, kp):
     `kps` are rising gains (V/rad) to sweep over, `kp` the one to mark.
     """
     kps, kp = array("kps", kps, (None,)), number("kp", kp)
-    if len(kps) < 2 or np.any(np.diff(kps) <= 0):
-        raise ValueError(f"kps: expected at least 2 rising gains, {found(kps)}; try a linspace.")
+    if len(kps) < 2 or np.any(np.diff(kps) <= 0) or np.abs(kps).max() > 1e6:
+        raise ValueError(
+            f"kps: expected at least 2 rising gains up to 1e6 V/rad, {found(kps)}; try a linspace."
+        )
     none, one = align(model, 0.0).A, align(model, 1.0).A
 
     def at(gains):
@@ -63,12 +65,12 @@ def remarked(locus, model, kp):
     return replace(locus, kp=kp, marked=values[np.argsort(-np.abs(values))])
 
 
-def _swept(at, kps, step=0.002, rounds=12):
+def _swept(at, kps, step=0.002, rounds=12, most=20_000):
     """`kps` refined where branches meet and part quickly, and the branches there."""
     for _ in range(rounds):
         branches = _joined(np.linalg.eigvals(at(kps)).astype(complex))
         wide = np.flatnonzero(np.abs(np.diff(branches, axis=0)).max(axis=1) > step)
-        if not len(wide):
+        if not len(wide) or len(kps) + len(wide) > most:
             return kps, branches
         kps = np.insert(kps, wide + 1, (kps[wide] + kps[wide + 1]) / 2)
     return kps, _joined(np.linalg.eigvals(at(kps)).astype(complex))

@@ -16,7 +16,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from .._arguments import number
+from .._arguments import instance, number, one_of, text
 
 # Okabe and Ito's colours: told apart by readers with any of the common colour deficiencies. Orange
 # and sky are darker than theirs, so that a line on white has a contrast of 3 to 1.
@@ -129,7 +129,7 @@ def look(name, **changes):
     ------
     ValueError : a name that is not in `LINES`
     """
-    if name not in LINES:
+    if not isinstance(name, str) or name not in LINES:
         raise ValueError(f"name: no look for {name!r}; known are {', '.join(LINES)}.")
     return {**LINES[name], **changes}
 
@@ -182,7 +182,11 @@ def new_figure(width=7.0, height=4.0, layout="constrained"):
     >>> describe(fig, "An empty frame.", "Two axes and nothing between them.").caption
     'An empty frame.'
     """
-    width, height = number("width", width, above=0), number("height", height, above=0)
+    width, height = (
+        number(name, size, least=0.5, most=100)
+        for name, size in (("width", width), ("height", height))
+    )
+    one_of("layout", layout, ("constrained", "compressed", "tight", None))
     fig = CaptionedFigure(figsize=(width, height), layout=layout)
     FigureCanvasAgg(fig)
     return fig
@@ -190,7 +194,11 @@ def new_figure(width=7.0, height=4.0, layout="constrained"):
 
 def describe(fig, caption, alt):
     """Give a figure its caption and alternative text; returns the figure."""
-    fig.caption, fig.alt = " ".join(caption.split()), " ".join(alt.split())
+    instance("fig", fig, Figure, "pl.new_figure()")
+    fig.caption, fig.alt = (
+        " ".join(text(name, words, empty=True).split())
+        for name, words in (("caption", caption), ("alt", alt))
+    )
     return fig
 
 

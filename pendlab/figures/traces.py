@@ -4,10 +4,12 @@ Every panel can be moved: ``draw_...`` creates the artists once and returns ``up
 """
 
 import numpy as np
+from matplotlib.axes import Axes
 
-from .._arguments import found
+from .._arguments import flag, instance, interval, mapping, one_of
 from ..bench.simulation import Run
 from ..paper.experiment import signals
+from ..studies.pushes import Admissible
 from .style import angle_name, describe, look, new_figure, styled
 
 # Panel -> what it shows; the letters of the paper's figures in this order.
@@ -26,6 +28,10 @@ def draw_traces(ax, run, panel, window=None, frame=None):
     ----------
     window, frame : (2,) ends of the time axis (s) and of the value axis; the run's own where None
     """
+    instance("ax", ax, Axes, "pl.new_figure().subplots()")
+    one_of("panel", panel, signals(run))
+    frame = None if frame is None else interval("frame", frame)
+    window = None if window is None else interval("window", window)
     lines = {name: ax.plot([], [], **look(name))[0] for name in signals(run)[panel]}
     ax.set(xlabel="time, s", ylabel=LABELS[panel])
     if frame is not None:
@@ -61,8 +67,9 @@ def compare(runs, panel="a", window=None, frame=None, own_axes=False):
     window, frame : (2,) ends of the axes; everything where None
     own_axes : each row fits its own values, so that a small motion is seen beside a large one
     """
-    if not runs or not all(isinstance(run, Run) for run in runs.values()):
-        raise TypeError(f"runs: expected a dict of names and runs of pl.simulate, {found(runs)}.")
+    for name, run in mapping("runs", runs, '{"ideal": pl.simulate(...)}').items():
+        instance(f"runs[{name!r}]", run, Run, "pl.simulate(...)")
+    flag("own_axes", own_axes)
     fig = new_figure(9, max(2.4, 0.7 + 1.15 * len(runs)))
     axes = np.atleast_1d(fig.subplots(len(runs), 1, sharex=True, sharey=not own_axes))
     for ax, (name, run) in zip(axes, runs.items()):
@@ -102,9 +109,13 @@ def pushes_figure(maps):
     ----------
     maps : dict, name -> `pendlab.pushes.Admissible`, all with the same lengths
     """
+    styles = ("-", "--", ":", "-.")
+    for name, one in mapping("maps", maps, '{"ideal": pl.largest_pulses(...)}').items():
+        instance(f"maps[{name!r}]", one, Admissible, "pl.largest_pulses(...)")
+    if len(maps) > len(styles):
+        raise ValueError(f"maps: at most {len(styles)} fit, found {len(maps)}.")
     fig = new_figure(8, 4.4)
     ax = fig.subplots()
-    styles = ("-", "--", ":", "-.")
     for style, (name, found_) in zip(styles, maps.items()):
         for i, heights in enumerate(found_.heights):
             ax.loglog(

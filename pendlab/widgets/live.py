@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .._arguments import found
+from .._arguments import found, one_of
 from ..bench.generated import kernel_text
 from ..bench.imperfections import bench_imperfections, bench_start
 from ..bench.plant import ACCURATE, LARGEST_STEP, bench_tuples, fastest_rate, integration
@@ -61,7 +61,7 @@ def live_rig(design="triple"):
     False
     """
     if isinstance(design, str):
-        design = paper_design(design)
+        design = paper_design(one_of("design", design, ("double", "triple")))
     if not isinstance(design, Design):
         raise TypeError(f'design: expected "double", "triple" or a pl.Design, {found(design)}.')
     name = f"{design.rig.name} inverted pendulum"

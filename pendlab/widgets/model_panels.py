@@ -2,7 +2,8 @@
 
 from dataclasses import replace
 
-from ..figures.bar import bar_study, bars, in_words
+from .._arguments import instance
+from ..figures.bar import BarStudy, bar_study, bars, in_words
 from ..figures.pages import PAGE
 from ..figures.sampling import sampling_page
 from ..paper.designs import paper_design
@@ -17,7 +18,9 @@ def bar_panel(name="double", study=None):
 
     `study` is a `BarStudy` made before; by default that of the rig `name` is made.
     """
-    study = bar_study(load(name)) if study is None else study
+    rig = load(name)
+    study = bar_study(rig) if study is None else study
+    instance("study", study, BarStudy, "pl.bar_study(rig)")
     fig = bars(study, width=PAGE, height=3.6)
     names = [f"bar{i + 1}" for i in range(study.rig.n_links)]
 

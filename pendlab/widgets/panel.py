@@ -13,12 +13,12 @@ from weakref import finalize
 
 import numpy as np
 
-from .._arguments import found
+from .._arguments import flag, found, function, instance, items, mapping, text
 from ..figures.picture import Picture
 from ..figures.style import image_html, small_png
 from .face import Face
 from .notebook import KEYS, close_all, running_cell, weakly
-from .parts import Choice, Slider, Switch
+from .parts import Choice, Slider, Switch, View
 
 SLOW = 0.4  # s; updates that take longer announce themselves
 WIDTH = 1120  # px; what JupyterLab leaves of a 1366 px screen
@@ -61,11 +61,11 @@ class Panel:
         first=None,
     ):
         groups = controls if isinstance(controls, dict) else {"More": controls}
-        self.title, self.view = title, view
+        self.title, self.view = text("title", title), instance("view", view, View)
         self.controls = _named(groups)
         self._values = {name: control.value for name, control in self.controls.items()}
-        self.presets = {**(presets or {}), "Reset": dict(self._values)}
-        self.actions = dict(actions or {})
+        self.presets = {**self._known(presets), "Reset": dict(self._values)}
+        self.actions = _functions(actions)
         self.caption = ""
         self._picture = Picture(view.figure, view.moving)
         self._seconds, self._still, self._rest, self._sound = 0.0, None, None, True
@@ -75,10 +75,10 @@ class Panel:
                 "title": title,
                 "groups": _groups(groups, self._first(first)),
                 "buttons": [*self.presets, *self.actions],
-                "legend": [*legend, KEYS],
+                "legend": [*_lines(legend), KEYS],
                 "width": self._picture.size[0],
                 "still": self._mark,
-                "continuous": continuous,
+                "continuous": flag("continuous", continuous),
             }
         )
         self._widget.observe(weakly(self._moved), "hand")
@@ -129,7 +129,7 @@ class Panel:
 
     def act(self, name):
         """Press the button of an action in code; the caption that results."""
-        if name not in self.actions:
+        if not isinstance(name, str) or name not in self.actions:
             raise ValueError(
                 f"name: expected one of {', '.join(self.actions) or 'no'} actions, {found(name)}."
             )
@@ -182,6 +182,17 @@ class Panel:
                     f"{name}: this panel has no such control; it has {', '.join(self.controls)}."
                 )
         return {name: self.controls[name].checked(value) for name, value in values.items()}
+
+    def _known(self, presets):
+        """The presets, if each moves controls that are there to values that they can take."""
+        if presets is None:
+            return {}
+        for name, values in mapping("presets", presets, '{"Start": {"k_p": 10}}', least=0).items():
+            try:
+                self._checked(mapping("values", values, '{"k_p": 10}'))
+            except (TypeError, ValueError) as problem:
+                raise type(problem)(f"presets[{name!r}]: {problem}") from None
+        return presets
 
     def _sharpen(self, ratio):
         """Draw as many dots as the screen has."""
@@ -244,10 +255,11 @@ class Panel:
         names = list(self.controls)
         if first is None:
             return names if len(names) <= 4 else names[:3]
+        first = items("first", first, "names of controls")
         unknown = [name for name in first if name not in names]
         if unknown:
             raise ValueError(f"first: expected names of controls, found {unknown[0]!r}.")
-        return list(first)
+        return first
 
     # In the page
 
@@ -311,7 +323,7 @@ _SHOWN = {}
 def _named(groups):
     """The controls by name, checked."""
     controls = {}
-    for control in (control for group in groups.values() for control in group):
+    for control in (c for g in groups.values() for c in items("controls", g, "controls")):
         if not isinstance(control, (Slider, Switch, Choice)):
             raise TypeError(
                 f"controls: expected pl.Slider, pl.Switch or pl.Choice, {found(control)}."
@@ -320,6 +332,21 @@ def _named(groups):
             raise ValueError(f"controls: expected names that differ, found {control.name!r} twice.")
         controls[control.name] = control
     return controls
+
+
+def _functions(actions):
+    """The actions, each a function."""
+    if actions is None:
+        return {}
+    for name, action in mapping("actions", actions, '{"Search": search}', least=0).items():
+        function(f"actions[{name!r}]", action, "a function of (values, progress)")
+    return dict(actions)
+
+
+def _lines(legend):
+    """The lines of the legend, each of them text."""
+    lines = items("legend", legend, "texts")
+    return [text(f"legend[{i}]", line) for i, line in enumerate(lines)]
 
 
 def _groups(groups, first):

@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import found, number
+from .._arguments import flag, found, function, mapping, number, one_of, text
+from ..figures.picture import check_artists
 
 NOTCH = 0.05  # decades between two positions of a logarithmic slider
 
@@ -37,11 +38,14 @@ class Slider:
     step: float | None = None
 
     def __post_init__(self):
+        _named(self)
+        flag(f"{self.name} log", self.log)
+        flag(f"{self.name} zero", self.zero)
         number(f"{self.name} low", self.low, above=0 if self.log else None)
         number(f"{self.name} high", self.high, above=self.low)
         if self.step is not None:
             number(f"{self.name} step", self.step, above=0)
-        self.checked(self.value, f"{self.name} value")
+        self._checked(f"{self.name} value", self.value)
 
     @property
     def last(self):
@@ -59,19 +63,22 @@ class Slider:
         """The ends that tests move to."""
         return [0.0, self.low, self.high] if self.zero else [self.low, self.high]
 
-    def checked(self, value, name=None):
+    def checked(self, value):
         """`value` as a number between the ends, or a sentence on why not."""
-        value = number(name or self.name, value)
+        return self._checked(self.name, value)
+
+    def _checked(self, name, value):
+        value = number(name, value)
         if self.low <= value <= self.high or (self.zero and value == 0):
             return value
         raise ValueError(
-            f"{name or self.name}: expected {self.low:g} to {self.high:g}"
+            f"{name}: expected {self.low:g} to {self.high:g}"
             f"{' or 0' if self.zero else ''}, found {value:g}."
         )
 
     def value_at(self, position):
         """The value at a position, to three digits where it moves in decades."""
-        position = min(max(int(position), 0), self.last)
+        position = int(min(max(number("position", position), 0), self.last))
         if self.log:
             if self.zero and position == 0:
                 return 0.0
@@ -82,10 +89,11 @@ class Slider:
 
     def position_of(self, value):
         """The position nearest to a value."""
+        if self.zero and number("value", value) < self.low:
+            return 0
+        value = min(max(number("value", value), self.low), self.high)
         if not self.log:
             return round((value - self.low) / self._step)
-        if value < self.low:
-            return 0
         return round(np.log10(value / self.low) / NOTCH) + self.zero
 
     @property
@@ -100,6 +108,7 @@ class Slider:
 
     def spoken(self, value):
         """The value with its unit, as a screen reader says it."""
+        value = number("value", value)
         _, _, unit = self.label.rpartition(", ")
         return f"{value:g} {unit}" if unit != self.label else f"{value:g}"
 
@@ -120,6 +129,10 @@ class Switch:
     label: str
     value: bool = False
 
+    def __post_init__(self):
+        _named(self)
+        flag(f"{self.name} value", self.value)
+
     @property
     def stops(self):
         """The ends that tests move to."""
@@ -127,9 +140,7 @@ class Switch:
 
     def checked(self, value):
         """`value` as True or False."""
-        if not isinstance(value, (bool, np.bool_)):
-            raise TypeError(f"{self.name}: expected True or False, {found(value)}.")
-        return bool(value)
+        return flag(self.name, value)
 
 
 @dataclass(frozen=True)
@@ -142,7 +153,9 @@ class Choice:
     value: object
 
     def __post_init__(self):
-        self.checked(self.value)
+        _named(self)
+        mapping(f"{self.name} options", self.options, '{"shown": value}')
+        one_of(f"{self.name} value", self.value, self.stops)
 
     @property
     def stops(self):
@@ -151,10 +164,13 @@ class Choice:
 
     def checked(self, value):
         """`value` itself, or a ValueError that names what can be chosen."""
-        if value not in self.stops:
-            known = ", ".join(map(str, self.stops))
-            raise ValueError(f"{self.name}: expected one of {known}, {found(value)}.")
-        return value
+        return one_of(self.name, value, self.stops)
+
+
+def _named(control):
+    """The name and the label of a control are text."""
+    text("name", control.name)
+    text(f"{control.name} label", control.label)
 
 
 @dataclass(frozen=True)
@@ -179,3 +195,10 @@ class View:
     moving: tuple = ()
     beside: Callable | None = None
     idle: Callable | None = None
+
+    def __post_init__(self):
+        check_artists(self.figure, self.moving)
+        function("update", self.update)
+        for name, value in (("beside", self.beside), ("idle", self.idle)):
+            if value is not None:
+                function(name, value)
