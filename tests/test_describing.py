@@ -84,6 +84,4 @@ def test_what_is_no_design_or_has_no_filters_is_named(double):
     with pytest.raises(TypeError, match=r"design: expected a pl\.Design"):
         pl.limit_cycles(double.rig, pl.Imperfections())
     with pytest.raises(ValueError, match="filters are None"):
-        pl.limit_cycles(
-            double, pl.Imperfections(gap=0.05), rig=replace(double.rig, filters=None)
-        )
+        pl.limit_cycles(double, pl.Imperfections(gap=0.05), rig=replace(double.rig, filters=None))

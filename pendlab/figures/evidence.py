@@ -149,13 +149,15 @@ def cycles_figure(predicted, seen):
     for (name, cycles), color in zip(predicted.items(), ("blue", "vermillion", "green")):
         rows = np.array([_cycle(run) for run in seen[name] if not run.fell])
         for ax, joint in zip(axes, (0, 1)):
-            ax.loglog([c.hertz for c in cycles], [max(c.joints[joint], 1e-4) for c in cycles], "x",
+            ax.loglog([c.hertz for c in cycles], [max(c.joints[joint], 3e-4) for c in cycles], "x",
                       markersize=11, markeredgewidth=2.5, color=COLORS[color], label=f"{name}, predicted")  # fmt: skip
-            ax.loglog(rows[:, 0], np.maximum(rows[:, 1 + joint], 1e-4), "o", markersize=6, alpha=0.6,
+            ax.loglog(rows[:, 0], np.maximum(rows[:, 1 + joint], 3e-4), "o", markersize=6, alpha=0.6,
                       color=COLORS[color], label=f"{name}, simulated")  # fmt: skip
     for ax, title in zip(axes, ("θ2−θ1", "θ3−θ2")):
-        ax.set(xlabel="frequency, Hz", ylabel=f"amplitude of {title}, rad")
-    axes[0].legend(fontsize=8)
+        ax.set(xlabel="frequency, Hz", ylabel=f"amplitude of {title}, rad", ylim=(2e-4, 2))
+        ax.set_xticks((0.2, 0.5, 1, 2, 5), ("0.2", "0.5", "1", "2", "5"))
+        ax.minorticks_off()
+    axes[0].legend(fontsize=8, loc="lower right")
     return describe(
         fig,
         "Crosses: harmonic balance. Dots: the runs of an ensemble.",
