@@ -3,7 +3,6 @@
 import math
 import os
 import shutil
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -145,9 +144,12 @@ def test_the_script_is_the_simulator(page):
     design = pl.paper_design(name)
     bench = pl.bench_imperfections(design.rig)
     start = pl.bench_start(design.rig)
-    plain = replace(bench, offset_decay=0.0) if hasattr(bench, "offset_decay") else bench
-    ideal = pl.simulate(design.rig, design.controller, 10, initial=start, inner_step=1e-3)
-    on_bench = pl.simulate(design.rig, design.controller, 1, initial=start, imperfections=plain)
+    ideal = pl.simulate(
+        pl.bench_rig(design.rig), design.controller, 10, initial=start, inner_step=1e-3
+    )
+    on_bench = pl.simulate(
+        pl.bench_rig(design.rig), design.controller, 1, initial=start, imperfections=bench
+    )
     assert np.abs(script_rows(page, 10, "IDEAL") - rows(ideal)).max() < 1e-9
     assert np.abs(script_rows(page, 1, "BENCH") - rows(on_bench)).max() < 1e-9
 
@@ -161,7 +163,9 @@ def test_on_the_bench_its_runs_spread_as_the_simulators(page):
     ours, theirs = [], []
     for k in range(12):
         initial = (start + 1e-4 * k * np.array([1, -1, 0.5])).tolist()
-        run = pl.simulate(design.rig, design.controller, 8, initial=initial, imperfections=bench)
+        run = pl.simulate(
+            pl.bench_rig(design.rig), design.controller, 8, initial=initial, imperfections=bench
+        )
         script = page.evaluate(f"() => simulate({initial}, 8, BENCH, rig.inner).rows")
         ours.append(run.angles[300:].std(axis=0))
         theirs.append(np.array(script)[300:, :3].std(axis=0))
@@ -197,7 +201,12 @@ def test_a_push_is_the_simulators_pulse(page):
     start = pl.bench_start(design.rig)
     pulse = pl.Pulse(2, 0.2, 0.1, -0.2)
     run = pl.simulate(
-        design.rig, design.controller, 1, initial=start, disturbance=pulse, inner_step=1e-3
+        pl.bench_rig(design.rig),
+        design.controller,
+        1,
+        initial=start,
+        disturbance=pulse,
+        inner_step=1e-3,
     )
     script = page.evaluate(
         """() => {

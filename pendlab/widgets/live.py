@@ -10,7 +10,7 @@ import numpy as np
 
 from .._arguments import found, one_of
 from ..bench.generated import kernel_text
-from ..bench.imperfections import bench_imperfections, bench_start
+from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
 from ..bench.plant import ACCURATE, LARGEST_STEP, bench_tuples, fastest_rate, integration
 from ..bench.tuples import Law, Memory
 from ..design import Design
@@ -83,7 +83,7 @@ def live_rig(design="triple"):
 
 def packed(design):
     """All that the script needs of a design on the bench: lists and numbers for JSON."""
-    rig, controller = design.rig, design.controller
+    rig, controller = bench_rig(design.rig), design.controller
     bench, o = bench_imperfections(rig), design.observer
     start = np.array(bench_start(rig))
     n, m = rig.n_links, rig.n_motors
