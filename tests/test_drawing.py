@@ -104,3 +104,24 @@ def test_tables_hold_the_files():
     bench = pl.bench_imperfections(rig)
     assert f"| {bench.gap[0]} |" in pl.bench_table().data
     assert pl.bench_notes().data.startswith("> ")
+
+
+@pytest.mark.parametrize(
+    "call, word",
+    [
+        (lambda: pl.show(3), "fig"),
+        (lambda: pl.save(3, ".", "a"), "fig"),
+        (lambda: pl.save(pl.biped(), 3, "a"), "folder"),
+        (lambda: pl.describe(3, "a", "b"), "fig"),
+        (lambda: pl.describe(pl.biped(), 3, "b"), "caption"),
+        (lambda: pl.bars(3), "study"),
+        (lambda: pl.compare([1]), "runs"),
+        (lambda: pl.pushes_figure({}), "maps"),
+        (lambda: pl.Choice("a", "b", 3, 4), "a options"),
+        (lambda: pl.Panel("t", 3, pl.View(pl.biped(), str)), "controls"),
+        (lambda: pl.Panel("t", [pl.Switch("a", "b")], 4), "view"),
+    ],
+)
+def test_wrong_kinds_are_named(call, word):
+    with pytest.raises(TypeError, match=f"^{word}: expected"):
+        call()

@@ -60,6 +60,10 @@ class Panel:
         continuous=True,
         first=None,
     ):
+        if not isinstance(view, View):
+            raise TypeError(f"view: expected a pl.View, {found(view)}.")
+        if not isinstance(controls, (dict, list, tuple)):
+            raise TypeError(f"controls: expected a list of pl.Slider, ..., {found(controls)}.")
         groups = controls if isinstance(controls, dict) else {"More": controls}
         self.title, self.view = text("title", title), instance("view", view, View)
         self.controls = _named(groups)
