@@ -245,3 +245,36 @@ def test_evidence_figures_count_right():
     assert f"bench: {met} of 22" in evidence.before_after({"bench": runs}).caption
     table = {"gap": {"size": 1.0, "voltage": 0.0}}
     assert "size with gap" in evidence.what_sets_what(table).alt
+
+
+# ---- Checks of notebook 05 on the bench: right answers, and each usual mistake
+
+
+def fading(link, height, seconds):
+    return lambda t: height * np.exp(-t / seconds) * np.eye(3)[link - 1]
+
+
+@pytest.mark.parametrize(
+    "exercise, answer, right, hint",
+    [
+        ("05.3", ("no", "yes"), True, ""),
+        ("05.3", ("yes", "yes"), False, "H = 0"),
+        ("05.3", ("no", "no"), False, "order matters"),
+        ("05.3", "no", False, "pair"),
+        ("05.4", 2.11, True, ""),
+        ("05.4", 6.375, False, "link 1"),
+        ("05.4", 0.83, False, "torque"),
+        ("05.5", fading(3, -0.025, 5), True, ""),
+        ("05.5", fading(3, 0.025, 5), False, "which way"),
+        ("05.5", fading(3, 0.0, 5), False, "faded"),
+        ("05.5", fading(3, -0.025, 50), False, "faded"),
+        ("05.5", 3.0, False, "function"),
+        ("05.6", ("same", "opposite"), True, ""),
+        ("05.6", ("opposite", "opposite"), False, "both mean voltages"),
+        ("05.6", ("same", "same"), False, "16c"),
+    ],
+)
+def test_checks_of_notebook_05(exercise, answer, right, hint):
+    verdict = pl.check(exercise, answer)
+    assert bool(verdict) == right
+    assert hint in str(verdict)
