@@ -8,7 +8,7 @@ start page and in the notebooks' titles follow, and so do the minutes of optiona
 import re
 
 import nbformat
-from minutes import LABS, NOTEBOOKS, OPTIONAL, at_home, optional, planned, stretches
+from minutes import HEADING, LABS, NOTEBOOKS, OPTIONAL, at_home, optional, planned, stretches
 
 
 def minutes():
@@ -73,9 +73,9 @@ def _retitled(source, beside):
 
     def heading(line):
         name = OPTIONAL.sub("", line[2])
-        return f"{line[1]} {name} (optional, {beside[name]} min)"
+        return f"{line[1]} {name} (optional, {beside[name]} min)" if name in beside else line[0]
 
-    return re.sub(r"(?m)^(#+) (.+ \(optional.*\))$", heading, source)
+    return HEADING.sub(heading, source)
 
 
 def _told(text, stem, beside):
