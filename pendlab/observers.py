@@ -80,6 +80,8 @@ class Observer:
         52
         """
         G = np.eye(len(self.L1)) if F is None else array("F", F, (None, len(self.L1)))
+        if np.abs(G).max(initial=0.0) > 1e100:
+            raise ValueError("F: expected entries up to 1e100, found larger ones.")
         return float(_noise_gain(self.E, self.K, G @ self.L1, G @ self.L2))
 
 

@@ -689,5 +689,6 @@ def test_damaged_bench_file_names_file_and_entry(tmp_path, monkeypatch, old, new
 
 def test_settings_compare_and_replace():
     one = pl.Imperfections(gap=[0.05, 0.04])
-    assert one == pl.Imperfections(gap=(0.05, 0.04)) and hash(one) is not None
+    assert one == pl.Imperfections(gap=(0.05, 0.04))
+    assert len({one, pl.Imperfections(gap=(0.05, 0.04)), pl.Imperfections(gap=0.05)}) == 2
     assert dataclasses.replace(one, gap=0.0) == pl.Imperfections()

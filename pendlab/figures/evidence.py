@@ -1,8 +1,14 @@
 """What the bench is needed for: extremes before and after, hits without a mechanism, what sets what."""
 
+from numbers import Real
+
 import numpy as np
 
+from .._arguments import found, instance, items, mapping
+from ..bench.many import Runs
+from ..bench.simulation import Run
 from ..paper.experiment import FIGURES, extremes, tick_intervals
+from ..studies.describing import Cycle
 from .style import COLORS, describe, new_figure, styled
 
 PERCENTILES = (5, 50, 95)
@@ -20,6 +26,10 @@ def before_after(ensembles):
     ----------
     ensembles : name of a bench -> {"triple": runs, "double": runs}
     """
+    for label, benches in mapping("ensembles", ensembles, '{"bench": {"triple": runs}}').items():
+        _all_of(f"ensembles[{label!r}]", benches, FIGURES)
+        for name in FIGURES:
+            _runs(f"ensembles[{label!r}][{name!r}]", benches[name])
     keys = [key for name in FIGURES for key in tick_intervals(name)]
     fig = new_figure(9, 6.4)
     ax = fig.subplots()
@@ -47,6 +57,32 @@ def before_after(ensembles):
     )
 
 
+def _all_of(name, table, needed):
+    """`table` if it is a dict that has the keys `needed`."""
+    for key in needed:
+        if key not in mapping(name, table, f"{{{key!r}: ...}}"):
+            raise ValueError(f"{name}: expected all of {', '.join(needed)}, {found(table)}.")
+    return table
+
+
+def _numbers(table):
+    """`table` if it is a dict of dicts of numbers with the same keys in all."""
+    rows = mapping("table", table, '{"gap 1": {"15a min": 0.5}}')
+    first = next(iter(rows.values()))
+    for row, cells in rows.items():
+        mapping(f"table[{row!r}]", cells, '{"15a min": 0.5}')
+        if cells.keys() != first.keys() or not all(isinstance(c, Real) for c in cells.values()):
+            raise ValueError(
+                f"table[{row!r}]: expected numbers for {', '.join(map(str, first))}, {found(cells)}."
+            )
+    return table
+
+
+def _runs(name, runs):
+    for run in runs if isinstance(runs, Runs) else items(name, runs, "runs"):
+        instance(name, run, Run, "pl.simulate(...)")
+
+
 def _depths(name, runs):
     """For each extreme the runs' distances inside the axis limit, in ticks."""
     values = [extremes(name, run) for run in runs]
@@ -58,6 +94,7 @@ def _depths(name, runs):
 @styled()
 def ablation(table):
     """Hits out of 22 with one mechanism taken away each: ``changes.hits_without()``."""
+    _all_of("table", _numbers(table), ["the bench"])
     totals = {label: sum(hits.values()) for label, hits in table.items()}
     full = totals.pop("the bench")
     order = sorted(totals, key=totals.get)
@@ -89,6 +126,7 @@ def ablation(table):
 @styled()
 def what_sets_what(table):
     """Exponents of ``changes.exponents(name)`` as a table of coloured cells."""
+    _numbers(table)
     parts, quantities = list(table), list(next(iter(table.values())))
     values = np.array([[table[part][quantity] for quantity in quantities] for part in parts])
     fig = new_figure(8.5, 0.9 + 0.42 * len(parts))
@@ -114,6 +152,7 @@ def what_sets_what(table):
 @styled()
 def pushed(table):
     """Which extremes of Fig 16 an ensemble meets under each push: rows of `tick_hits`."""
+    _all_of("table[...]", next(iter(_numbers(table).values())), EVENT)
     keys = [key for key in next(iter(table.values())) if key.startswith("16")]
     shares = np.array([[hits[key] for key in keys] for hits in table.values()])
     fig = new_figure(8.5, 1.2 + 0.34 * len(table))
@@ -144,6 +183,10 @@ def cycles_figure(predicted, seen):
     predicted : mechanism -> list of `studies.describing.Cycle`
     seen : mechanism -> runs of the triple
     """
+    for name, cycles in mapping("predicted", predicted, '{"play": pl.limit_cycles(...)}').items():
+        for cycle in items(f"predicted[{name!r}]", cycles, "cycles"):
+            instance(f"predicted[{name!r}]", cycle, Cycle, "those of pl.limit_cycles")
+        _runs(f"seen[{name!r}]", _all_of("seen", seen, predicted)[name])
     fig = new_figure(9, 3.8)
     axes = fig.subplots(1, 2, sharex=True)
     for (name, cycles), color in zip(predicted.items(), ("blue", "vermillion", "green")):

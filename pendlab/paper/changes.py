@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from .._arguments import found, number
+from .._arguments import number, one_of
 from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
 from .designs import paper_design
 from .experiment import FIGURES, bench_ensemble, extremes, tick_hits
@@ -30,9 +30,8 @@ def changed(name, part, factor=0.0):
     >>> changed("double", "gap 1")["imperfections"].gap
     (0.0,)
     """
-    if part not in PARTS:
-        raise ValueError(f"part: expected one of {', '.join(PARTS)}, {found(part)}.")
-    number("factor", factor, least=0)
+    one_of("part", part, PARTS)
+    number("factor", factor, least=0, most=1000)
     entry, motor = PARTS[part]
     rig = paper_design(name).rig
     on, stands = bench_imperfections(rig), bench_rig(rig)
@@ -63,7 +62,7 @@ def quantities(name, run):
     """What can be read off Fig 16 or 17: sizes (rad, V), frequency (Hz)."""
     figure = FIGURES[name][0][-1]
     found_ = extremes(name, run)
-    late = run.t >= 10.0
+    late = run.t >= (0.0 if run.fell else 10.0)
     bend = run.angles[late, 1] - run.angles[late, 1].mean()
     crossings = np.flatnonzero((bend[:-1] < 0) & (bend[1:] >= 0))
     turns = len(crossings) - 1
@@ -76,7 +75,7 @@ def quantities(name, run):
     if name == "triple":
         values["size of θ3−θ2"] = np.ptp(run.y[late, 2]) / 2
         values["voltage 2"] = (found_[f"{figure}d max"] - found_[f"{figure}d min"]) / 2
-    return values
+    return dict.fromkeys(values, np.nan) if run.fell else values
 
 
 def exponents(name, count=12, by=4 / 3):
@@ -85,6 +84,7 @@ def exponents(name, count=12, by=4 / 3):
     From two ensembles with the part divided and multiplied by `by`; p = 1 is in proportion, p = 0
     no effect. Medians over the runs; nan where a run falls.
     """
+    number("by", by, above=1, most=1000)
     table = {}
     for part, (_, motor) in PARTS.items():
         if part == "start by hand" or (motor or 0) >= paper_design(name).rig.n_motors:

@@ -4,16 +4,18 @@ Motion in a gap is chaotic: runs from starts a micrometre apart differ after sec
 judged by an ensemble of runs, never by one.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 
 from .._arguments import found, instance, number, numbers, whole
-from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
+from ..bench.imperfections import Imperfections, bench_imperfections, bench_rig, bench_start
 from ..bench.many import simulate_many
 from ..bench.simulation import Run, simulate
 from ..models import angle_names
+from ..parameters import Pendulum
 from .designs import paper_design
 from .ledger import published
 
@@ -68,10 +70,19 @@ def bench_ensemble(
     2
     """
     paper = paper_design(_known(name)).rig
-    whole("count", count, least=1)
-    number("spread", spread, least=0)
-    whole("seed", seed)
+    whole("count", count, least=1, most=10_000)
+    number("spread", spread, least=0, most=np.pi)
+    whole("seed", seed, most=2**62)
+    if rig is not None:
+        instance("rig", rig, Pendulum, "pl.bench_rig(...)")
+    if imperfections is not None:
+        instance("imperfections", imperfections, Imperfections)
     start = numbers("initial", bench_start(paper) if initial is None else initial)
+    n = paper.n_links
+    if len(start) not in (n, 2 * n) or np.abs(start[:n]).max() > np.pi / 2:
+        raise ValueError(
+            f"initial: expected {n} angles below pi/2, with as many rates if wanted, {found(start)}."
+        )
     return _ensemble(
         name,
         count,
@@ -130,7 +141,7 @@ def tick_hits(name, runs=None):
     """
     intervals = tick_intervals(name)
     runs = bench_ensemble(name) if runs is None else runs
-    if not len(runs) or not all(isinstance(run, Run) for run in runs):
+    if not isinstance(runs, Sequence) or not runs or not all(isinstance(run, Run) for run in runs):
         raise TypeError(f"runs: expected runs such as pl.bench_ensemble({name!r}), {found(runs)}.")
     values = [extremes(name, run) for run in runs]
     return {
@@ -175,6 +186,6 @@ def _panels(name):
 
 
 def _known(name):
-    if name not in FIGURES:
+    if not isinstance(name, str) or name not in FIGURES:
         raise ValueError(f"name: expected one of {', '.join(FIGURES)}, {found(name)}.")
     return name

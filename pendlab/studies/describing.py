@@ -15,10 +15,12 @@ from itertools import product
 import numpy as np
 from scipy.optimize import root
 
-from .._arguments import found
+from .._arguments import instance, number, numbers
+from ..bench.imperfections import Imperfections
 from ..design import Design
 from ..loop import frequency_response
 from ..models import linearize
+from ..parameters import Pendulum
 
 
 @dataclass(frozen=True)
@@ -98,11 +100,12 @@ def limit_cycles(design, imperfections, between=(0.2, 12.0), rig=None):
     ------
     TypeError, ValueError : no Design, or a rig without filters
     """
-    if not isinstance(design, Design):
-        raise TypeError(
-            f'design: expected a pl.Design such as pl.paper_design("triple"), {found(design)}.'
-        )
-    rig = design.rig if rig is None else rig
+    instance("design", design, Design, 'pl.paper_design("triple")')
+    instance("imperfections", imperfections, Imperfections)
+    low, high = numbers("between", between, above=1e-6, count=2)
+    number("between", high, above=low, most=1e6)
+    between = low, high
+    rig = design.rig if rig is None else instance("rig", rig, Pendulum, 'pl.load("triple")')
     if rig.filters is None:
         raise ValueError("rig: its filters are None; give the rig pl.Filters.")
     gears = _Gears(design.controller, rig, imperfections, between)
