@@ -13,7 +13,7 @@ from ..design import Design
 from ..paper.designs import paper_design
 from ..paper.ledger import published
 from . import words
-from .frequency import draw_nyquist, draw_sigma_min, nyquist, sigma_min
+from .frequency import decibels, draw_nyquist, draw_sigma_min, nyquist, sigma_min
 from .rootlocus import draw_root_locus, root_locus
 from .style import look, new_figure, styled
 from .turns import draw_contour, draw_turns, full_nyquist
@@ -139,6 +139,10 @@ def fig14(design=None):
     design = _two_motors(_given(design, "triple"), 14)
     fig, frame = new_figure(7, 4.2), published("fig14.frame").values
 
+    if not words.is_papers(design, "triple"):
+        lowest = min(decibels(sigma_min(_whole(design, on)).lowest) for on in (False, True))
+        frame = frame[0], (5 * np.floor(lowest / 5) - 5, frame[1][1])
+
     def draw(data):
         return [draw_sigma_min(fig.subplots(), data, _two_looks(), frame)]
 
@@ -153,7 +157,11 @@ def fig14(design=None):
 
 def _near(number, compute, say, looks, paper, *designs, zoom=None):
     """A figure of Nyquist curves near the critical point, in the paper's frame, legend below."""
-    frame = published(f"fig{number}.frame").values
+    data = compute(*designs)
+    known = paper(*designs) is not None
+    frame = published(f"fig{number}.frame").values if known else fitted(data)
+    if zoom and min(curve.distance for curve in data) > zoom[1]:
+        zoom = None  # an empty inset
     width, height = np.ptp(frame, axis=1)
     inch = min(6.0 / width, 4.5 / height)
     below = 0.12 * inch * height + 0.22 * (len(looks) + 3) + 0.1
@@ -176,6 +184,18 @@ def _near(number, compute, say, looks, paper, *designs, zoom=None):
         return say(data[0], *designs)
 
     return live(fig, draw, both, speak, *designs)
+
+
+def fitted(curves, reach=2.0):
+    """A frame round what of the Nyquist curves lies near the critical point: the paper's frames
+    are made for its own curves. Panels keep the frame with which they began."""
+    near = max(reach, *(1.5 * data.distance for data in curves))
+    shown = [data.curve[np.abs(data.curve - data.critical) < near] for data in curves]
+    points = np.concatenate([*shown, [curves[0].critical, 0.0]])
+    frame = np.array([[np.min(x), np.max(x)] for x in (points.real, points.imag)])
+    sizes = np.ptp(frame, axis=1)
+    wider = 0.08 * sizes.max() + np.maximum(0, 0.8 * sizes.max() - sizes) / 2
+    return frame + np.outer(wider, [-1, 1])
 
 
 def _with_and_without(number, design, loop_of, say, zoom=None):
