@@ -406,3 +406,22 @@ def test_settings_of_the_user_change_no_figure(tmp_path):
     for kind in ("png", "svg"):
         ours, plain = (tmp_path / f"{name}.{kind}" for name in ("ours", "plain"))
         assert ours.read_bytes() == plain.read_bytes()
+
+
+@pytest.mark.parametrize("number, critical", [(10, -1), (11, -1), (12, 0)])
+def test_another_design_gets_axes_that_fit_it(number, critical):
+    """Critical point and marked crossings in sight; the paper's design keeps the paper's axes."""
+    paper = pl.paper_design("triple")
+    other = replace(
+        paper, Q=(0.1, 250, 250, 1, 1, 1, 1e-3, 1e-3), R=(1, 1), kp=None, coefficients=None, tracked=(1, 2),
+    )  # fmt: skip
+    ax = pl.figure(number, other).axes[0]
+    dots = [line.get_xydata() for line in ax.lines if len(line.get_xydata()) == 1]
+    dots = np.concatenate([*dots, [[critical, 0]]])
+    dots = dots[np.isfinite(dots).all(axis=1)]
+    for values, (low, high) in zip(dots.T, (ax.get_xlim(), ax.get_ylim())):
+        assert low < values.min() and values.max() < high
+    assert not ax.child_axes
+    frame = pl.published(f"fig{number}.frame").values
+    kept = pl.figure(number).axes[0]
+    np.testing.assert_allclose([kept.get_xlim(), kept.get_ylim()], frame)

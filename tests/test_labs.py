@@ -22,7 +22,6 @@ LONGER = {  # on their way below ninety minutes
     "02_system_and_models",
     "04_controller_design",
     "05_experimental_results",
-    "06_conclusion",
     "A_lagrange_derivation",
 }
 HEADINGS = (
