@@ -191,7 +191,9 @@ def fitted(curves, reach=2.0):
     are made for its own curves. Panels keep the frame with which they began."""
     near = max(reach, *(1.5 * data.distance for data in curves))
     shown = [data.curve[np.abs(data.curve - data.critical) < near] for data in curves]
-    points = np.concatenate([*shown, [curves[0].critical, 0.0]])
+    marked = np.concatenate([data.marked for data in curves])
+    marked = marked[np.abs(marked - curves[0].critical) < 2 * near]
+    points = np.concatenate([*shown, marked, [curves[0].critical, 0.0]])
     frame = np.array([[np.min(x), np.max(x)] for x in (points.real, points.imag)])
     sizes = np.ptp(frame, axis=1)
     wider = 0.08 * sizes.max() + np.maximum(0, 0.8 * sizes.max() - sizes) / 2
