@@ -50,7 +50,9 @@ def refreshed():
                 )
         title = notebook.cells[0]
         title.source = re.sub(
-            r"(\*\*Time:?\*\*(?: \|)? )[^.\n]*\.", rf"\g<1>{_time(stem, notebook, beside)}.", title.source
+            r"(\*\*Time:?\*\*(?: \|)? )[^.\n]*\.",
+            rf"\g<1>{_time(stem, notebook, beside)}.",
+            title.source,
         )
         yield NOTEBOOKS / f"{stem}.ipynb", nbformat.writes(notebook) + "\n"
     yield LABS / "README.md", _kit((LABS / "README.md").read_text(encoding="utf-8"), steps)
