@@ -15,8 +15,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-from ..parameters import DATA
-
 MEMORY, FILES, SECONDS = 4 << 30, 64 << 20, 600  # bytes for each process and file; of a processor
 OWN = "/tmp/own"  # the only folder to write to, gone with the process
 SYSTEM = ("/usr", "/lib", "/lib64", "/bin", "/sbin", "/etc/ld.so.cache", "/etc/fonts")
@@ -67,6 +65,8 @@ def _package():
 def _python():
     """Folders of Python and of this package, without those that hold another one."""
     places = {Path(sys.prefix), Path(sys.base_prefix), Path(site.getusersitepackages())}
+    from ..parameters import DATA  # here, so that commands load with nothing but Python
+
     places |= {_package(), DATA.resolve()}
     return sorted(path for path in places if path.is_dir() and not path.is_relative_to("/usr"))
 

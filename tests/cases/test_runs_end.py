@@ -21,10 +21,10 @@ def simulate(t_end=1.0, **changes):
     (dict(t_end=1e12), r"t_end: expected less than 10000 s, a million samples of 0\.01 s"),
     (dict(t_end=1e308), "t_end: expected less than"),
     (dict(imperfections=pl.Imperfections(gap=0.05, contact_stiffness=1e15)),
-     "imperfections: .* steps of integration, found a motion of .* softer contact"),
-    (dict(imperfections=pl.Imperfections(gear_friction=1e12)), "imperfections: .* steps"),
+     "imperfections, dt: .* steps of integration, found a motion of .* softer contact"),
+    (dict(imperfections=pl.Imperfections(gear_friction=1e12)), "imperfections, dt: .* steps"),
     (dict(imperfections=pl.Imperfections(gap=0.05, contact_stiffness=1e308)),
-     "imperfections: .* steps"),
+     "imperfections, dt: .* steps"),
 ])  # fmt: skip
 def test_endless_runs_are_refused(changes, message):
     with pytest.raises(ValueError, match=message):
