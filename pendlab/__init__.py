@@ -15,7 +15,7 @@ _CONTENTS = {
     "lagrange": "EquationsOfMotion derive",
     "models": "linearize nonlinear energy with_filters",
     # What the controller sees, and its gain (sections 2 to 4)
-    "sampled": "sample align alignment_interval add_integrator",
+    "sampled": "sample align add_integrator",
     "gain": "lqr",
     # Observers with H = TB = 0 and the controller (sections 3 to 5)
     "observers": "Observer ObserverFamily observer observer_family luenberger",
@@ -34,6 +34,7 @@ _CONTENTS = {
     # paper: its numbers, designs and runs
     "paper.ledger": "published",
     "paper.designs": "paper_design",
+    "paper.alignment": "alignment_interval",
     "paper.scoreboard": "scoreboard",
     "paper.experiment": "bench_ensemble bench_run signals tick_hits tick_intervals",
     "paper.changes": "changed hits_without exponents",

@@ -87,6 +87,19 @@ def instance(name, value, kind, example=""):
     return value
 
 
+def instances(name, value, kind, other=""):
+    """One `kind` or several as a tuple; `other` says what else would have done."""
+    home = f"pl.{kind.__name__}"
+    try:
+        value = (value,) if isinstance(value, kind) else tuple(value)
+    except Exception:
+        raise TypeError(f"{name}: expected a list of {home}{other}, {found(value)}.") from None
+    for i, one in enumerate(value, 1):
+        if not isinstance(one, kind):
+            raise TypeError(f"{name}: entry {i} must be a {home}, {found(one)}; see {home}.")
+    return value
+
+
 def state_space(name, model, sampled=None):
     """`model` if it is a control.StateSpace with states; `sampled` True or False asks for a kind."""
     from control import StateSpace  # here, so that rigs load without it

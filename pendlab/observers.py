@@ -55,13 +55,9 @@ class Observer:
     def residuals(self, model):
         """Largest entries of TA - ET - KC, H - TB and [L1 L2][C; T] - I for `model`."""
         state_space("model", model, sampled=True)
-        A, B, C = model.A, model.B, model.C
-        if (model.nstates, model.noutputs, model.ninputs) != (*self.L1.shape, self.H.shape[1]):
-            raise ValueError(
-                f"model: expected {self.L1.shape[0]} states, {self.L1.shape[1]} outputs and "
-                f"{self.H.shape[1]} inputs as the observer has, found {model.nstates}, "
-                f"{model.noutputs} and {model.ninputs}."
-            )
+        n, q = self.L1.shape
+        A, C = array("model.A", model.A, (n, n)), array("model.C", model.C, (q, n))
+        B = array("model.B", model.B, (n, self.H.shape[1]))
         return {
             "TA - ET - KC": float(np.abs(self.T @ A - self.E @ self.T - self.K @ C).max()),
             "H - TB": float(np.abs(self.H - self.T @ B).max()),
@@ -107,6 +103,22 @@ def dynamics(E, p=1):
     return E
 
 
+def _sized(model, E):
+    """`dynamics` of as many states as the outputs of a sampled model leave to estimate."""
+    n, q = state_space("model", model, sampled=True).nstates, model.noutputs
+    if n <= q:
+        raise ValueError(
+            f"model: {q} outputs leave none of {n} states to estimate; no observer is needed."
+        )
+    E = dynamics(E, n - q)
+    if len(E) != n - q:
+        raise ValueError(
+            f"E: {n} states and {q} outputs leave {n - q} to estimate, so E must be "
+            f"{n - q} x {n - q}, found {len(E)} x {len(E)}."
+        )
+    return E
+
+
 def observer(model, E, T, K):
     """The `Observer` with H = TB and [L1 L2] the inverse of [C; T], equations (5)-(7).
 
@@ -119,10 +131,8 @@ def observer(model, E, T, K):
     array([[ 1. ],
            [-0.6]])
     """
-    state_space("model", model, sampled=True)
+    E = _sized(model, E)
     A, B, C = model.A, model.B, model.C
-    T = array("T", T, (None, None))
-    E = dynamics(E, len(T))
     T = array("T", T, (len(E), model.nstates))
     K = array("K", K, (len(E), model.noutputs))
     gap = np.abs(T @ A - E @ T - K @ C).max()
@@ -132,11 +142,6 @@ def observer(model, E, T, K):
             "family.member(family.project(T, K)) with family = pl.observer_family(model, E)."
         )
     stacked = np.vstack([C, T])
-    if stacked.shape[0] != stacked.shape[1]:
-        raise ValueError(
-            f"E: the observer needs {model.nstates - model.noutputs} states for "
-            f"{model.nstates} plant states and {model.noutputs} outputs, found {len(E)}."
-        )
     # Rows of T scale freely and states have units: neither decides what counts as singular.
     columns = np.maximum(np.abs(stacked).max(axis=0), 1e-300)
     sizes = np.maximum(np.linalg.norm(stacked / columns, axis=1), 1e-300)
@@ -162,9 +167,7 @@ def luenberger(model, E, K):
     >>> luenberger(paper_design("double").model, 0.9, [[1, 2, 3]]).H.round(4)
     array([[0.6115]])
     """
-    state_space("model", model, sampled=True)
-    K = array("K", K, (None, None))
-    E = dynamics(E, len(K))
+    E = _sized(model, E)
     K = array("K", K, (len(E), model.noutputs))
     if not 0 < np.abs(K).max() < 1e100:
         raise ValueError(
@@ -293,21 +296,9 @@ def observer_family(model, E):
     >>> observer_family(paper_design("double").model, 0.9).dimension
     2
     """
-    state_space("model", model, sampled=True)
-    A, B, C = model.A, model.B, model.C
-    n, q = model.nstates, model.noutputs
-    if n <= q:
-        raise ValueError(
-            f"model: {q} outputs leave none of {n} states to estimate; no observer is needed."
-        )
-    E = dynamics(E, n - q)
-    if n - q != len(E):
-        raise ValueError(
-            f"E: {n} states and {q} outputs leave {n - q} to estimate, so E must be "
-            f"{n - q} x {n - q}, found {len(E)} x {len(E)}."
-        )
+    E = _sized(model, E)
     _apart(model, E)
-    S = kronecker_matrix(A, B, C, E)
+    S = kronecker_matrix(model.A, model.B, model.C, E)
     family = ObserverFamily(model, E, S, canonical_basis(_null_rows(S)))
     try:
         family.member(np.random.default_rng(1).standard_normal(family.dimension))

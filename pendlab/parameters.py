@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from difflib import get_close_matches
 from pathlib import Path
 
-from ._arguments import found, instance, number, numbers, text
+from ._arguments import found, instance, instances, number, numbers, text
 
 HERE = Path(__file__).parent
 # In the repository data/ stands beside the package; an installed wheel carries it inside.
@@ -118,8 +118,8 @@ class Pendulum:
     name: str = "pendulum"
 
     def __post_init__(self):
-        object.__setattr__(self, "links", _all(Link, "links", self.links))
-        object.__setattr__(self, "motors", _all(Motor, "motors", self.motors))
+        object.__setattr__(self, "links", instances("links", self.links, Link))
+        object.__setattr__(self, "motors", instances("motors", self.motors, Motor))
         n, m = self.n_links, self.n_motors
         if n < 2:
             raise ValueError(f"links: expected at least 2, found {n}; add a Link.")
@@ -143,22 +143,6 @@ class Pendulum:
     @property
     def n_motors(self):
         return len(self.motors)
-
-
-def _all(kind, name, items):
-    if isinstance(items, kind):
-        items = (items,)
-    try:
-        items = tuple(items)
-    except Exception:
-        raise TypeError(f"{name}: expected a list of pl.{kind.__name__}, {found(items)}.") from None
-    for i, item in enumerate(items, 1):
-        if not isinstance(item, kind):
-            raise TypeError(
-                f"{name}: entry {i} must be a pl.{kind.__name__}, {found(item)}; "
-                f"build it with pl.{kind.__name__}(...)."
-            )
-    return items
 
 
 def rigs():

@@ -1,7 +1,7 @@
 """The sampled plant that the controller sees: zero-order hold, aligned upper link, integrator."""
 
-import control
 import numpy as np
+from scipy.signal import cont2discrete
 
 from ._arguments import found, number, state_space
 from .models import derived
@@ -29,7 +29,8 @@ def sample(plant, dt=0.01, delay=0.0):
     ------
     ValueError : dt not above 0, delay outside 0 to dt, or a plant that is sampled already
 
-    >>> sample(control.ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], 0), 0.5).A
+    >>> from control import ss
+    >>> sample(ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], 0), 0.5).A
     array([[1. , 0.5],
            [0. , 1. ]])
     """
@@ -43,22 +44,22 @@ def sample(plant, dt=0.01, delay=0.0):
             f"dt: {dt:g} s is {fastest:.3g} times the fastest time constant of the plant, too long "
             "for a sampled model; sample faster."
         )
-    n, m, name = plant.nstates, plant.ninputs, plant.name
-    new = control.sample_system(plant, dt - delay, method="zoh") if delay < dt else None
-    if delay == 0:
-        return derived(plant, new.A, new.B, plant.C, plant.D, name=name, dt=dt)
-    early = control.sample_system(plant, delay, method="zoh")
     # First `delay` under the old voltage, then the rest of the sample under the new one.
-    late = (new.A, new.B) if new else (np.eye(n), np.zeros((n, m)))
+    (A1, B1), (A2, B2) = (
+        cont2discrete((plant.A, plant.B, plant.C, plant.D), part)[:2]
+        for part in (delay, dt - delay)
+    )
+    n, m = B1.shape
+    old = m if delay else 0
     return derived(
         plant,
-        np.block([[late[0] @ early.A, late[0] @ early.B], [np.zeros((m, n + m))]]),
-        np.vstack([late[1], np.eye(m)]),
-        np.hstack([plant.C, np.zeros((plant.noutputs, m))]),
+        np.block([[A2 @ A1, A2 @ B1[:, :old]], [np.zeros((old, n + old))]]),
+        np.vstack([B2, np.eye(old, m)]),
+        np.hstack([plant.C, np.zeros((plant.noutputs, old))]),
         plant.D,
-        name=name,
+        name=plant.name,
         dt=dt,
-        more=[f"old {name}" for name in plant.input_labels],
+        more=[f"old {name}" for name in plant.input_labels[:old]],
     )
 
 
@@ -102,42 +103,6 @@ def align(model, kp):
         name=f"{model.name} aligned",
         inputs=model.input_labels[:-1],
     )
-
-
-def alignment_interval(model):
-    """Gains k_p between which alignment leaves the fewest unstable eigenvalues: (lower, upper).
-
-    The ends are where an eigenvalue of A - B2 k_p C_p C meets the unit circle (or the imaginary
-    axis), found by counting over a grid of k_p from 1e-3 to 1e4 V/rad and bisection.
-
-    Parameters
-    ----------
-    model : control.StateSpace with at least two inputs, as for `align`
-
-    >>> from pendlab import linearize, load
-    >>> [round(kp, 3) for kp in alignment_interval(sample(linearize(load("triple"))))]
-    [0.785, 72.36]
-    """
-
-    def unstable(kp):
-        values = np.linalg.eigvals(align(model, kp).A)
-        return int(np.sum(np.abs(values) > 1 if model.dt else values.real > 0))
-
-    def change(low, high):
-        """The gain between `low` and `high` where the count leaves that of `low`."""
-        count = unstable(low)
-        while high - low > 1e-10 * high:
-            middle = (low + high) / 2
-            low, high = (middle, high) if unstable(middle) == count else (low, middle)
-        return (low + high) / 2
-
-    gains = np.geomspace(1e-3, 1e4, 141)
-    counts = np.array([unstable(kp) for kp in gains])
-    best = np.flatnonzero(counts == counts.min())
-    first, last = best[0], best[0] + np.argmax(np.append(np.diff(best) > 1, True))
-    lower = 0.0 if first == 0 else change(gains[first - 1], gains[first])
-    upper = np.inf if last == len(gains) - 1 else change(gains[last], gains[last + 1])
-    return float(lower), float(upper)
 
 
 def add_integrator(model, output):

@@ -316,7 +316,7 @@ def test_shared_eigenvalue_is_named(triple_design):
         (
             lambda d: pl.observer(d.model, d.E[:1], d.observer.T[:1], d.observer.K[:1]),
             ValueError,
-            "E: the observer needs 2 states for 6 plant states and 4 outputs, found 1",
+            "E: 6 states and 4 outputs leave 2 to estimate, so E must be 2 x 2, found 1 x 1",
         ),
     ],
 )

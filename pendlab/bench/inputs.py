@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from .._arguments import array, found, number, whole
+from .._arguments import array, found, instances, number, whole
 from .imperfections import Pulse
 
 MOST_SAMPLES = 1_000_000
@@ -103,10 +103,8 @@ def disturbance_rows(disturbance, t, n):
                 f"found {held[0].size} numbers."
             )
         return none, held
-    pulses = disturbance if isinstance(disturbance, (list, tuple)) else [disturbance]
+    pulses = instances("disturbance", disturbance, Pulse, " or a function of t")
     for pulse in pulses:
-        if not isinstance(pulse, Pulse):
-            raise TypeError(f"disturbance: expected pl.Pulse or a function of t, {found(pulse)}.")
         if whole("Pulse link", pulse.link, least=1) > n:
             raise ValueError(f"disturbance: the rig has links 1 to {n}, found {pulse.link}.")
     rows = [(p.link - 1, p.start, p.start + p.length, p.height) for p in pulses]

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .._arguments import found
+from .._arguments import found, instances
 from ..parameters import Pendulum
 from .cache import intact
 from .generated import load_kernel
@@ -32,10 +32,7 @@ def warm(rigs, folder=None):
     ------
     TypeError, ValueError : not rigs; a folder that cannot be written
     """
-    rigs = (rigs,) if isinstance(rigs, Pendulum) else rigs
-    if not isinstance(rigs, (list, tuple)) or not all(isinstance(r, Pendulum) for r in rigs):
-        raise TypeError(f"rigs: expected pl.Pendulum or a list of them, {found(rigs)}.")
-    by_size = {(rig.n_links, rig.n_motors): rig for rig in rigs}
+    by_size = {(r.n_links, r.n_motors): r for r in instances("rigs", rigs, Pendulum)}
     with _cache(folder):
         return tuple(path for rig in by_size.values() if (path := _compile(rig)) is not None)
 

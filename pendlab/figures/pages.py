@@ -8,8 +8,8 @@ frames that stay, and renews caption and description.
 import numpy as np
 
 from ..loop import closed_loop_eigenvalues, time_constant
+from ..paper.alignment import alignment_interval
 from ..paper.designs import paper_design
-from ..sampled import alignment_interval
 from .frequency import draw_loops, draw_sigma_min, nyquist, sigma_min
 from .outcomes import (
     gain_in_words,

@@ -9,8 +9,9 @@ from .._arguments import found
 from ..loop import frequency_response, margins, sorted_eigenvalues
 from ..nyquist import encirclements
 from ..parameters import load
-from ..sampled import align, alignment_interval
+from ..sampled import align
 from . import words
+from .alignment import alignment_interval
 from .designs import estimating_rows, paper_design
 from .experiment import FIGURES, tick_hits, tick_intervals
 from .ledger import Published, published

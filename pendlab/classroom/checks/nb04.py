@@ -7,9 +7,9 @@ import numpy as np
 from ...loop import frequency_response, margins, state_feedback_loop
 from ...nyquist import encirclements
 from ...observers import observer_family
+from ...paper.alignment import alignment_interval
 from ...paper.designs import paper_design
 from ...paper.ledger import published
-from ...sampled import alignment_interval
 from .judging import compare
 
 OFFSET = 0.01  # rad, on the sensor of theta2 - theta1
