@@ -19,10 +19,8 @@ SERIES = sorted(
     path.stem for path in FOLDER.glob("*.ipynb") if re.match(r"(\d\d|[A-Z])_", path.stem)
 )
 LONGER = {  # on their way below ninety minutes
-    "02_system_and_models",
     "04_controller_design",
     "05_experimental_results",
-    "A_lagrange_derivation",
 }
 HEADINGS = (
     "Pre-lab question",
