@@ -1,10 +1,12 @@
 """The simulator against identities and closed forms."""
 
 import dataclasses
+import logging
 import os
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 
+import ipyparallel
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
@@ -483,6 +485,32 @@ def test_processes_give_what_a_loop_gives(bench, processes):
         alone = pl.simulate(**dict(t_end=0.6) | bench | case)
         for field in ("t", "angles", "rates", "u", "y", "estimate"):
             np.testing.assert_array_equal(getattr(run, field), getattr(alone, field))
+
+
+@pytest.fixture(scope="module")
+def cluster(tmp_path_factory):
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("IPYTHONDIR", str(tmp_path_factory.mktemp("engines")))
+        with ipyparallel.Cluster(n=1, log_level=logging.ERROR) as engines:
+            yield engines
+
+
+def test_a_cluster_gives_what_a_loop_gives(bench, cluster):
+    assert cluster[0].apply_sync(os.getpid) != os.getpid()
+    executor = cluster.executor()
+    cases = [dict(disturbance=pl.Pulse(1, 0.1, 0.1, 0.02 * k)) for k in range(3)]
+    many = pl.simulate_many(**bench, t_end=0.4, cases=cases, executor=executor)
+    assert many.done == 3
+    for run, case in zip(many, cases):
+        alone = pl.simulate(**bench, t_end=0.4, **case)
+        for field in ("t", "angles", "rates", "u", "y", "estimate"):
+            np.testing.assert_array_equal(getattr(run, field), getattr(alone, field))
+
+
+def test_what_goes_wrong_on_a_cluster_is_named(triple_design, cluster):
+    rig, c = triple_design.rig, triple_design.controller
+    with pytest.raises(ValueError, match=r"cases\[1\].*initial: expected 3 relative angles"):
+        pl.simulate_many(rig, c, 0.1, [{}, dict(initial=(1,))], executor=cluster.executor())
 
 
 def test_what_goes_wrong_in_another_process_is_named(triple_design, processes):

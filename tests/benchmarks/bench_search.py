@@ -8,6 +8,7 @@ one value at a time until the score on held-out starts is half a hit lower.
 
     --mode search    one search per seed, the best of each judged (default)
     --mode profile   how far each value of the bench as it is in data/gearbox.toml is determined
+    --cluster        runs on the engines of a running ``ipcluster``; otherwise on all cores here
 
 What a mechanism earns is shown by ``pendlab.paper.changes.hits_without``.
 """
@@ -23,6 +24,7 @@ import pendlab as pl
 from pendlab.paper.experiment import signals
 
 SEARCH_STARTS, HELD_OUT_STARTS, SPREAD = 5, 50, 1e-3
+EXECUTOR = None  # threads
 
 # Figure -> pendulum, end of the run; panel -> axis limits and tick step as printed.
 TICKS = {
@@ -103,18 +105,26 @@ def depth(name, value):
 
 def depths(values, starts, seed):
     """name -> (starts,) ticks outside, for starts drawn with `seed`."""
-    table = {}
-    draw = np.random.default_rng(seed)
+    draw, cases, shown = np.random.default_rng(seed), [], []
     for figures, rig, controller, t_end, start, on in benches(values):
-        n = rig.n_links
         for k in range(starts):
             initial = start.copy()
-            initial[:n] += draw.uniform(-SPREAD, SPREAD, n)
-            noisy = replace(on, seed=seed + k)
-            run = pl.simulate(rig, controller, t_end, initial=initial, imperfections=noisy)
-            for name, value in extremes(run, figures).items():
-                table.setdefault(name, []).append(depth(name, value))
+            initial[: rig.n_links] += draw.uniform(-SPREAD, SPREAD, rig.n_links)
+            cases.append(dict(rig=rig, controller=controller, t_end=t_end, initial=initial,
+                              imperfections=replace(on, seed=seed + k)))  # fmt: skip
+            shown.append(figures)
+    table = {}
+    for run, figures in zip(simulated(cases), shown):
+        for name, value in extremes(run, figures).items():
+            table.setdefault(name, []).append(depth(name, value))
     return {name: np.array(rows) for name, rows in table.items()}
+
+
+def simulated(cases):
+    """Their runs, on every core of this machine or on the engines of --cluster."""
+    one = cases[0]
+    return pl.simulate_many(one["rig"], one["controller"], one["t_end"], cases,
+                            progress=False, executor=EXECUTOR)  # fmt: skip
 
 
 def hits(values, starts=HELD_OUT_STARTS, seed=10_000):
@@ -182,7 +192,12 @@ if __name__ == "__main__":
     parser.add_argument("--width", type=float, default=1.0)
     parser.add_argument("--more", nargs="*", default=[])
     parser.add_argument("--only", nargs="*", default=None)
+    parser.add_argument("--cluster", action="store_true")
     chosen = parser.parse_args()
+    if chosen.cluster:
+        import ipyparallel
+
+        EXECUTOR = ipyparallel.Client().executor()
     judge("before", {})
     if chosen.mode == "profile":
         for name in VALUES:
