@@ -1,7 +1,9 @@
 """The live rig: its script is the simulator, and its page answers to hands and keys."""
 
+import html
 import math
 import os
+import re
 import shutil
 
 import numpy as np
@@ -65,8 +67,18 @@ def test_a_page_needs_nothing_from_elsewhere():
 def test_a_notebook_shows_the_page_in_a_frame():
     live = pl.live_rig("triple")
     shown = live._repr_html_()
-    assert shown.startswith("<iframe title=") and "srcdoc=" in shown
+    assert "<iframe class=" in shown and "title=" in shown and shown.count('srcdoc="') == 1
+    assert html.unescape(re.search('srcdoc="([^"]*)"', shown)[1]) == str(live)
     assert "0x" not in repr(live)
+
+
+def test_without_its_frame_a_picture_is_left():
+    """An untrusted notebook loses frame and style; what is left has words and a picture."""
+    left = re.sub(
+        "<style>.*</style>|<iframe.*</iframe>", "", pl.live_rig("double")._repr_html_(), flags=re.S
+    )
+    assert 'alt="The double pendulum held nearly upright' in left and "trusted" in left
+    assert "style" not in left and "srcdoc" not in left
 
 
 def test_a_design_of_ones_own(double_design):
@@ -259,6 +271,29 @@ def test_one_sample_pause_and_sliders_that_speak(page):
                   " knob.value = 0; knob.dispatchEvent(new Event('input')); } }")  # fmt: skip
     assert page.evaluate("one.plant.gear.every(row => row[HALF_GAP] === 0 && row[DRY] === 0)")
     assert page.inner_text("#knobs label:has(#knob-gap) output") == "none"
+
+
+@pytest.mark.browser
+@in_browser
+@pytest.mark.parametrize("color", ["light", "dark"])
+def test_in_a_notebooks_frame_verdict_picture_and_words_are_seen_at_once(browser, tmp_path, color):
+    file = tmp_path / "notebook.html"
+    file.write_text(pl.live_rig("triple")._repr_html_(), encoding="utf-8")
+    page = browser.new_page(viewport={"width": 1040, "height": 680}, color_scheme=color)
+    page.goto(file.as_uri())
+    assert not page.is_visible(".pendlab-still")
+    frame = page.frames[1]
+    frame.wait_for_function("frames > 3")
+    frame.evaluate(
+        "options.push = 1, shove(1); for (let k = 0; k < 300 && one.fell < 0; k++) advanceOne()"
+    )
+    assert frame.inner_text("#badge").startswith("falls")
+    assert frame.evaluate("document.documentElement.scrollHeight <= innerHeight")
+    boxes = frame.evaluate(
+        "bars.map(bar => [bar.frame.y.baseVal.value, bar.frame.x.baseVal.value])"
+    )
+    assert abs(boxes[0][0] - boxes[1][0]) >= 16 and all(-190 < x < 40 for _, x in boxes)
+    page.close()
 
 
 @pytest.mark.browser

@@ -93,15 +93,16 @@ const svg = (parent, kind, attributes) => {
 };
 const total = rig.lengths.reduce((a, b) => a + b, 0), SCALE = 250 / total, GROUND = 285;
 const picture = $("rig");
+const shades = rig.colors.map(color => `color-mix(in srgb, ${color} var(--share), white)`);  // paler on a dark page
 picture.setAttribute("viewBox", "-190 0 380 320");
 svg(picture, "line", { x1: -180, x2: 180, y1: GROUND + 8, y2: GROUND + 8, stroke: "var(--soft)", "stroke-width": 2 });
 const links = rig.lengths.map((_, i) => svg(picture, "line",
-  { stroke: rig.colors[i], "stroke-width": 12 - 2 * i, "stroke-linecap": "round" }));
+  { stroke: shades[i], "stroke-width": 12 - 2 * i, "stroke-linecap": "round" }));
 const hinges = rig.lengths.map((_, i) => svg(picture, "circle",
-  { r: i > 0 && i <= M ? 10 : 6, fill: "var(--paper)", stroke: "var(--ink)", "stroke-width": 2 }));
+  { r: i > 0 && i <= M ? 9 : 6, fill: i > 0 && i <= M ? "var(--ink)" : "var(--paper)", stroke: "var(--ink)", "stroke-width": 2 }));
 const bars = rig.u_max.map((_, j) => ({
-  frame: svg(picture, "rect", { width: 80, height: 8, fill: "none", stroke: "var(--soft)" }),
-  level: svg(picture, "rect", { height: 8, fill: rig.colors[j + 1] }),
+  frame: svg(picture, "rect", { width: 80, height: 8, fill: "var(--wash)", stroke: "var(--soft)" }),
+  level: svg(picture, "rect", { height: 8, fill: shades[j + 1] }),
   label: svg(picture, "text", { "font-size": 11 }) }));
 const pull = svg(picture, "line", { stroke: "var(--focus)", "stroke-width": 3, "stroke-dasharray": "5 4", visibility: "hidden" });
 const place = new Float64Array(2 * N + 2);
@@ -117,8 +118,11 @@ function draw(one) {
     links[i].setAttribute("stroke-opacity", i === chosen ? 1 : 0.75);
     hinges[i].setAttribute("cx", place[2 * i]); hinges[i].setAttribute("cy", place[2 * i + 1]);
   }
+  let below = Infinity;  // bars stay in the picture and clear of each other, fallen too
   bars.forEach((bar, j) => {
-    const left = place[2 * j + 2] + 22, top = place[2 * j + 3] - 4, part = 40 * Math.max(-1, Math.min(1, u[j] / rig.u_max[j]));
+    const left = Math.max(-180, Math.min(place[2 * j + 2] + 22, 30)), top = Math.min(place[2 * j + 3] - 4, below - 16);
+    below = top;
+    const part = 40 * Math.max(-1, Math.min(1, u[j] / rig.u_max[j]));
     bar.frame.setAttribute("x", left); bar.frame.setAttribute("y", top);
     bar.level.setAttribute("x", left + 40 + Math.min(part, 0)); bar.level.setAttribute("y", top);
     bar.level.setAttribute("width", Math.abs(part));
@@ -149,8 +153,8 @@ function chart(box, names, colors, limited) {
 }
 
 const charts = [
-  chart($("angles"), rig.names, rig.colors, false),
-  chart($("volts"), rig.u_max.map((_, j) => `u${j + 1}`), rig.colors.slice(1), true),
+  chart($("angles"), rig.names, shades, false),
+  chart($("volts"), rig.u_max.map((_, j) => `u${j + 1}`), shades.slice(1), true),
 ];
 
 function trace() {

@@ -14,7 +14,8 @@ from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
 from ..bench.plant import ACCURATE, LARGEST_STEP, bench_tuples, fastest_rate, integration
 from ..bench.tuples import Law, Memory
 from ..design import Design
-from ..figures.moving import link_color
+from ..figures.moving import draw_pendulum, link_color
+from ..figures.style import describe, image_html, new_figure, small_png, styled
 from ..paper.designs import paper_design
 from .javascript import to_javascript
 
@@ -22,11 +23,20 @@ HERE = Path(__file__).parent
 GAINS = (1, 1.5, 2, 3, 4, 5, 7, 10, 14, 20, 30, 40, 50, 60, 70)  # V/rad: a design for each
 
 
+# Where a notebook is not trusted, frame and style are both taken out, and the picture is seen.
+FRAMED = """<style>.pendlab-live + .pendlab-still {{ display: none }}</style>
+<iframe class="pendlab-live" title="Live rig: {name}" srcdoc="{page}" \
+style="width: 100%; height: 640px; border: 0"></iframe>
+<div class="pendlab-still">{picture}<p>{words}</p></div>"""
+WORDS = "The live rig moves once this notebook is trusted, or its cell is run."
+
+
 class LiveRig:
     """A page that shows itself in a notebook; ``str(live)`` is its HTML, which needs no network."""
 
-    def __init__(self, page, name):
-        self._page, self._name = page, name
+    def __init__(self, page, design):
+        self._page, self._design = page, design
+        self._name = f"{design.rig.name} inverted pendulum"
 
     def __str__(self):
         return self._page
@@ -35,10 +45,23 @@ class LiveRig:
         return f"Live rig: {self._name}. Without a picture here, run this cell."
 
     def _repr_html_(self):
-        return (
-            f'<iframe title="Live rig: {escape(self._name)}" srcdoc="{escape(self._page)}" '
-            'style="width: 100%; height: 690px; border: 0"></iframe>'
+        picture = still(self._design)
+        return FRAMED.format(
+            name=escape(self._name),
+            page=escape(self._page),
+            picture=image_html(small_png(picture), picture.alt),
+            words=WORDS,
         )
+
+
+@styled()
+def still(design):
+    """The rig as its hand lets it go, for where the page cannot be shown."""
+    fig, start = new_figure(4.0, 3.4), bench_start(design.rig)
+    draw_pendulum(fig.subplots(), design.rig, start)
+    lean = ", ".join(f"{angle:g}" for angle in start)
+    alt = f"The {design.rig.name} pendulum held nearly upright, at relative angles of {lean} rad."
+    return describe(fig, WORDS, alt)
 
 
 def live_rig(design="triple"):
@@ -78,7 +101,7 @@ def live_rig(design="triple"):
         ("PAYLOAD", payload),
     ):
         page = page.replace(mark, text)
-    return LiveRig(page, name)
+    return LiveRig(page, design)
 
 
 def packed(design):
