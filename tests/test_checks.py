@@ -66,6 +66,8 @@ def test_every_check_takes_nonsense_without_an_error():
             verdict = pl.check(number, nonsense)
             assert isinstance(verdict, pl.Verdict)
             assert verdict.message
+            assert verdict.right in (False, None), f"{number} takes {nonsense!r} for right"
+            assert not verdict and not verdict.share
 
 
 def test_unknown_exercise_names_the_known_ones():

@@ -9,6 +9,7 @@ from scipy.linalg import null_space
 from scipy.optimize import brentq, minimize
 
 import pendlab as pl
+from pendlab.studies.controllability import _cover
 
 
 def random_pair(seed, n=4, m=1):
@@ -164,6 +165,42 @@ def test_no_point_of_a_fine_grid_lies_below_the_distance(seed):
         [A - s[:, None, None] * np.eye(5), np.broadcast_to(B, (len(s), 5, 1))], axis=2
     )
     assert np.linalg.svd(pencils, compute_uv=False)[:, -1].min() >= distance * (1 - 1e-6)
+
+
+@pytest.mark.parametrize("seed", range(12))
+def test_the_least_ring_is_found_wherever_it_lies(seed):
+    """A double integrator moved to c has its minimum k sqrt(3)/2 on a ring of radius k/2 round c.
+
+    A mode of its own input, far away, has a little more than that at its eigenvalue, and less than
+    the integrator has at c: what begins at the eigenvalues ends there unless every cell is searched.
+    """
+    rng = np.random.default_rng(seed)
+    k, c, away = 10 ** rng.uniform(-2, -0.5), rng.uniform(-1, 1), rng.choice([-3.0, 3.0])
+    A, B = np.diag([c, c, away]), np.zeros((3, 2))
+    A[0, 1] = B[1, 0] = k
+    B[2, 1] = 0.93 * k
+    distance, s = pl.distance_to_uncontrollability(A, B, tolerance=0.01)
+    assert distance == pytest.approx(k * np.sqrt(0.75), rel=1e-6)
+    assert abs(s - c) == pytest.approx(k / 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_cells_cover_the_numerical_range(seed):
+    rng = np.random.default_rng(seed)
+    A = rng.standard_normal((5, 5)) * 10 ** rng.uniform(-2, 2)
+    A += rng.choice([0.0, 30.0]) * (A - A.T)  # wide or high
+    centres, half = _cover(A)
+    x = rng.standard_normal((20000, 5)) + 1j * rng.standard_normal((20000, 5))
+    # Eigenvectors of e^(-jt) A touch the border of the range.
+    turns = np.exp(-1j * np.linspace(0, 2 * np.pi, 400))[:, None, None]
+    x = np.concatenate(
+        [x, np.linalg.eigh((turns * A + (turns * A).conj().swapaxes(1, 2)) / 2)[1][..., -1]]
+    )
+    values = np.einsum("ki,ij,kj->k", x.conj(), A, x) / (np.abs(x) ** 2).sum(axis=1)
+    values = values[values.imag >= 0]
+    off = values[:, None] - centres
+    inside = np.maximum(np.abs(off.real), np.abs(off.imag)) <= half * (1 + 1e-9)
+    assert inside.any(axis=1).all()
 
 
 # --- units and bars ---

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from strategies import dynamics, rigs, weights
 
 import pendlab as pl
+from pendlab.design import NEEDS
 
 
 def test_links_of_the_chain(triple_design):
@@ -38,6 +39,52 @@ def test_replace_changes_what_follows_and_nothing_else(triple_design):
     np.testing.assert_array_equal(softer.model.A, triple_design.model.A)
     assert not np.allclose(softer.F, triple_design.F)
     assert softer.controller.F[1, 2] == 5.0
+
+
+CHANGES = {
+    "rig": lambda d: dataclasses.replace(d.rig, g=9.0),
+    "Q": lambda d: tuple(2 * q for q in d.Q),
+    "R": lambda d: tuple(3 * r for r in d.R),
+    "E": lambda d: (0.8, 0.7),
+    "kp": lambda d: 5.0,
+    "coefficients": lambda d: tuple(2 * c for c in d.coefficients),
+    "dt": lambda d: 0.02,
+    "tracked": lambda d: 2,
+}
+
+
+def test_changes_are_those_of_every_choice(triple_design):
+    assert list(CHANGES) == [field.name for field in dataclasses.fields(triple_design)]
+
+
+def same(one, two):
+    """Whether two computed values are equal in all their numbers."""
+    if isinstance(one, np.ndarray):
+        return one.shape == two.shape and np.array_equal(one, two)
+    parts = (
+        "ABCD" if hasattr(one, "A") else ("E", "K", "T", "L1") if hasattr(one, "L1") else ("E", "S")
+    )
+    return all(same(np.asarray(getattr(one, p)), np.asarray(getattr(two, p))) for p in parts)
+
+
+@pytest.mark.parametrize("choice", CHANGES)
+def test_changed_carries_along_what_stays_and_nothing_else(triple_design, choice):
+    for name in NEEDS:
+        getattr(triple_design, name)
+    change = {choice: CHANGES[choice](triple_design)}
+    new, fresh = triple_design.changed(**change), dataclasses.replace(triple_design, **change)
+    for name in NEEDS:
+        carried = vars(new).get(name)
+        assert carried is None or carried is getattr(triple_design, name)
+        stays = same(getattr(triple_design, name), getattr(fresh, name))
+        assert (carried is not None) == stays, name
+        assert same(getattr(new, name), getattr(fresh, name))
+
+
+def test_changed_carries_nothing_that_was_not_computed(triple):
+    d = pl.Design(triple, Q=[1] * 7, R=1, E=[0.9, 0.8], kp=10.0)
+    _ = d.model
+    assert set(vars(d.changed(kp=5.0))) & set(NEEDS) == {"plant", "model"}
 
 
 def test_nothing_is_computed_before_it_is_asked_for(triple):

@@ -169,6 +169,51 @@ def test_bad_weights(double_design, Q, R, error, message):
         pl.lqr(double_design.augmented, Q, R)
 
 
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_an_eigenvalue_of_Q_is_negative_beyond_rounding_only(double_design, size):
+    lean = np.diag([1.0, 1.0, 0.0, 1.0, 1.0])
+    lean[2, 2] = -1e-13
+    assert pl.lqr(double_design.augmented, size * lean, size).shape == (1, 5)
+    lean[2, 2] = -1e-11
+    with pytest.raises(ValueError, match="Q: expected a positive semidefinite"):
+        pl.lqr(double_design.augmented, size * lean, size)
+
+
+def test_asymmetry_beyond_rounding_is_refused(double_design):
+    Q = np.diag([1.0, 2.0, 1.0, 1.0, 1.0])
+    Q[0, 1], Q[1, 0] = 0.5, 0.5 * (1 + 1e-8)
+    with pytest.raises(ValueError, match="Q: expected a symmetric"):
+        pl.lqr(double_design.augmented, Q, 1.0)
+
+
+def test_a_mode_that_decays_slowly_may_be_unmoved_and_one_on_the_circle_may_not():
+    for radius, works in ((1 - 1e-7, True), (1 - 1e-11, False), (1.0, False), (1 + 1e-7, False)):
+        model = control.ss(np.diag([radius, 0.5]), [[0.0], [1.0]], np.eye(2), 0, 0.01)
+        if works:
+            assert pl.lqr(model, [1, 1], 1).shape == (1, 2)
+        else:
+            with pytest.raises(ValueError, match="not stabilisable"):
+                pl.lqr(model, [1, 1], 1)
+
+
+def test_a_mode_on_the_circle_must_be_seen_and_one_inside_or_outside_need_not():
+    for radius, works in ((1 - 1e-6, True), (1 - 1e-11, False), (1.0, False), (1 + 1e-6, True)):
+        model = control.ss(np.diag([radius, 0.5]), [[1.0], [1.0]], np.eye(2), 0, 0.01)
+        if works:
+            F = pl.lqr(model, [0, 1], 1)
+            assert np.abs(np.linalg.eigvals(model.A - model.B @ F)).max() < 1
+        else:
+            with pytest.raises(ValueError, match="no weight sees the mode"):
+                pl.lqr(model, [0, 1], 1)
+
+
+@pytest.mark.parametrize("reach, moved", [(1e-7, True), (1e-11, False)])
+def test_an_input_reaches_a_mode_or_rounding_does(reach, moved):
+    A = np.diag([1.1, 0.5])
+    for size in (1e-8, 1.0, 1e8):  # of the input: no matter
+        assert (len(unmoved_modes(A, size * np.array([[reach], [1.0]]))) == 0) is moved
+
+
 def test_model_must_be_a_state_space():
     with pytest.raises(TypeError, match=r"model: expected a control\.StateSpace"):
         pl.lqr(np.eye(2), [1, 1], 1)

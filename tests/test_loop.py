@@ -14,7 +14,7 @@ from strategies import between, decades, rigs, weights
 
 import pendlab as pl
 from pendlab.loop import sorted_eigenvalues, transfer
-from pendlab.nyquist import contour
+from pendlab.nyquist import _phase_change, contour
 
 NYQUIST = np.pi / 0.01
 
@@ -180,6 +180,29 @@ def test_encirclements_of_the_papers_loops(design):
         count = pl.encirclements(loop)
         assert count.stable and count.turns == count.unstable_open == plant_poles
     assert pl.encirclements(design.state_feedback_loop).stable
+
+
+def test_turns_within_one_step_are_followed():
+    """Two turns and a radian within a thousandth of the piece: only bisecting that place sees them."""
+
+    def det(z):
+        return np.exp(1j * (4 * np.pi + 1) * np.clip((z.real - 0.3012) / 1e-3, 0, 1))
+
+    def piece(t):
+        return np.asarray(t, dtype=complex)
+
+    assert _phase_change(det, piece) == pytest.approx(4 * np.pi + 1, abs=1e-9)
+
+
+@pytest.mark.parametrize("dt", [1, 1.0])
+def test_sampled_every_second(dt):
+    """python-control's True says sampled without a time; 1 is a time like any other."""
+    model = control.ss([[1.2]], [[1.0]], [[1.0]], [[0.0]], dt)
+    loop = pl.state_feedback_loop(model, pl.lqr(model, [1.0], [1.0]))
+    assert loop.dt == 1 and pl.encirclements(loop).stable and pl.margins(loop).stable
+    unknown = control.ss([[1.2]], [[1.0]], [[1.0]], [[0.0]], True)
+    with pytest.raises(ValueError, match="and a sampling time"):
+        pl.lqr(unknown, [1.0], [1.0])
 
 
 def test_contour_is_the_curve_that_is_counted(design):

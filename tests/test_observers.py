@@ -248,6 +248,27 @@ def test_singular_members_are_refused(triple_design):
         family.member(equal)
 
 
+@pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
+def test_a_gap_in_the_equations_beyond_rounding_is_refused(double_design, size):
+    model, chosen = double_design.model, double_design.observer
+    T, K = size * chosen.T, size * chosen.K
+    assert pl.observer(model, 0.9, T * (1 + 1e-9 * np.eye(1, 4)), K).T.shape == (1, 4)
+    with pytest.raises(ValueError, match="T, K: TA - ET = KC must hold"):
+        pl.observer(model, 0.9, T * (1 + 1e-5 * np.eye(1, 4)), K)
+
+
+@pytest.mark.parametrize("lean, regular", [(1e-8, True), (1e-12, False)])
+def test_rows_that_nearly_agree_are_singular_beyond_rounding_only(lean, regular):
+    model = control.ss(np.diag([0.5, 0.2, 0.2]), np.ones((3, 1)), [[1.0, 0.0, 0.0]], 0, 0.01)
+    T = np.array([[0.0, 1.0, 1.0], [0.0, 1.0, 1.0 + lean]])  # TA = 0.2 T
+    if regular:
+        L2 = pl.observer(model, [0.2, 0.2], T, np.zeros((2, 1))).L2
+        np.testing.assert_allclose(L2 @ T[:, 1:], np.eye(3)[:, 1:], atol=1e-6)
+    else:
+        with pytest.raises(ValueError, match=r"\[C; T\] is singular"):
+            pl.observer(model, [0.2, 0.2], T, np.zeros((2, 1)))
+
+
 @pytest.mark.parametrize(
     "E, error, message",
     [
