@@ -6,6 +6,7 @@ from importlib import import_module
 from pathlib import Path
 
 from . import __version__
+from .classroom.files import command, writable
 
 # Modules that offer commands, by ``add_commands(commands)``.
 COMMANDS = (
@@ -25,9 +26,7 @@ def main(arguments=None):
     )
     parser.add_argument("--version", action="version", version=f"pendlab {__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Command)
-    add_report(commands)
-    add_live(commands)
-    add_warm(commands)
+    add_own(commands)
     for name in COMMANDS:
         import_module(f".{name}", __package__).add_commands(commands)
     parser.set_defaults(run=report, folder=Path("pendlab-report"))
@@ -53,39 +52,29 @@ class Command(argparse.ArgumentParser):
         super().__init__(epilog=shown, formatter_class=kind, **options)
 
 
-def add_report(commands):
+def add_own(commands):
+    """The commands of this module."""
     about = "Every printed number recomputed, and all figures (the default command)."
-    example = "python -m pendlab report --folder figures"
-    parser = commands.add_parser("report", help=about, description=about, epilog=example)
+    command(commands, "report", report, about, "--folder figures", folder="figures")
+    about = "The pendulums to touch: a page for each rig, for any browser."
+    parser = command(commands, "live", live, about, "--folder pendlab-live", folder="pages")
+    parser.description = (
+        "Writes one HTML page for each rig: the simulated pendulum, live, to push and pull. "
+        "It needs no network and no Python: open it, project it, or send it to a phone."
+    )
+    about = "Compile the simulator for the rigs, so that nobody waits for it in class."
+    parser = command(commands, "warm", warm, about, "/srv/pendlab-seed")
     parser.add_argument(
-        "--folder",
+        "folder",
+        nargs="?",
+        metavar="DIR",
         type=Path,
-        default=Path("pendlab-report"),
-        help="where the figures go (default: %(default)s)",
+        help="where to keep it, to be the PENDLAB_SEED of a class (default: your own cache)",
     )
-    parser.set_defaults(run=report)
-
-
-def add_live(commands):
-    parser = commands.add_parser(
-        "live",
-        help="The pendulums to touch: a page for each rig, for any browser.",
-        epilog="python -m pendlab live --folder pendlab-live",
-        description="Writes one HTML page for each rig: the simulated pendulum, live, to push and "
-        "pull. It needs no network and no Python: open it, project it, or send it to a phone.",
-    )
-    parser.add_argument(
-        "--folder",
-        type=Path,
-        default=Path("pendlab-live"),
-        help="where the pages go (default: %(default)s)",
-    )
-    parser.set_defaults(run=live)
 
 
 def live(options):
     """A page for each of the paper's rigs."""
-    from .classroom.files import writable
     from .widgets.live import live_rig
 
     writable("folder", options.folder).mkdir(parents=True, exist_ok=True)
@@ -94,20 +83,6 @@ def live(options):
         page.write_text(str(live_rig(name)), encoding="utf-8")
         print(page)
     return 0
-
-
-def add_warm(commands):
-    about = "Compile the simulator for the rigs, so that nobody waits for it in class."
-    example = "python -m pendlab warm /srv/pendlab-seed"
-    parser = commands.add_parser("warm", help=about, description=about, epilog=example)
-    parser.add_argument(
-        "folder",
-        nargs="?",
-        metavar="DIR",
-        type=Path,
-        help="where to keep it, to be the PENDLAB_SEED of a class (default: your own cache)",
-    )
-    parser.set_defaults(run=warm)
 
 
 def warm(options):
@@ -122,7 +97,6 @@ def warm(options):
 
 def report(options):
     """Scoreboard on the screen, figures as PNG and SVG in a folder."""
-    from .classroom.files import writable
     from .figures import figure, numbers, save
     from .figures.moving import animate_svg
     from .paper.experiment import bench_run

@@ -91,7 +91,7 @@ def instances(name, value, kind, other=""):
     """One `kind` or several as a tuple; `other` says what else would have done."""
     home = f"pl.{kind.__name__}"
     try:
-        value = (value,) if isinstance(value, kind) else tuple(value)
+        value = (value,) if isinstance(value, (kind, str)) else tuple(value)
     except Exception:
         raise TypeError(f"{name}: expected a list of {home}{other}, {found(value)}.") from None
     for i, one in enumerate(value, 1):

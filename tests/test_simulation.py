@@ -672,11 +672,13 @@ def test_wrong_kinds_are_named(triple_design):
     rig, c = triple_design.rig, triple_design.controller
     with pytest.raises(TypeError, match=r"controller: expected an object with step"):
         pl.simulate(rig, object(), 1.0)
-    with pytest.raises(TypeError, match=r"imperfections: expected pl\.Imperfections"):
+    with pytest.raises(TypeError, match=r"imperfections: expected a pl\.Imperfections"):
         pl.simulate(rig, c, 1.0, imperfections=dict(gap=0.05))
-    with pytest.raises(TypeError, match=r"disturbance: expected pl\.Pulse"):
+    with pytest.raises(TypeError, match=r"disturbance: entry 1 must be a pl\.Pulse"):
         pl.simulate(rig, c, 1.0, disturbance=[0.1])
-    with pytest.raises(TypeError, match=r"disturbance: expected pl\.Pulse.* found 0\.1"):
+    with pytest.raises(
+        TypeError, match=r"disturbance: expected a list of pl\.Pulse or a function of t, found 0\.1"
+    ):
         pl.simulate(rig, c, 1.0, disturbance=0.1)
     with pytest.raises(TypeError, match=r"cases: expected dicts of arguments"):
         pl.simulate_many(rig, c, 0.1, None)

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import array, found
+from .._arguments import array, found, instance
 from ..controllers import Controller
 from ..parameters import Pendulum
 from .imperfections import Imperfections
@@ -232,8 +232,8 @@ def _first_estimate(bench, x0):
 
 
 def _kinds(rig, controller, imperfections):
-    if not isinstance(rig, Pendulum):
-        raise TypeError(f'rig: expected a pl.Pendulum such as pl.load("double"), {found(rig)}.')
+    instance("rig", rig, Pendulum, 'pl.load("double")')
+    instance("imperfections", imperfections, Imperfections)
     if isinstance(controller, type):
         raise TypeError(
             f"controller: expected an object, found the class {controller.__name__}; "
@@ -244,8 +244,6 @@ def _kinds(rig, controller, imperfections):
             f"controller: expected an object with step(state, y, y_ref), {found(controller)}; "
             "see pl.controller."
         )
-    if not isinstance(imperfections, Imperfections):
-        raise TypeError(f"imperfections: expected pl.Imperfections, {found(imperfections)}.")
 
 
 def _fits(controller, rig):

@@ -15,7 +15,7 @@ import tomllib
 from pathlib import Path
 
 from .editions import student
-from .files import embed_pictures, writable
+from .files import command, embed_pictures, writable
 
 ROOT = Path(__file__).parents[2]
 # What a copy of the repository holds; nothing else that lies in it is anyone else's business.
@@ -227,8 +227,7 @@ def write_scripts(folder):
 
 def add_commands(commands):
     about = "A folder from which the series installs without a network, for PCs like this one."
-    example = "python -m pendlab bundle pendlab-bundle --student --zip"
-    parser = commands.add_parser("bundle", help=about, description=about, epilog=example)
+    parser = command(commands, "bundle", _run, about, "pendlab-bundle --student --zip")
     parser.add_argument(
         "folder",
         nargs="?",
@@ -241,7 +240,6 @@ def add_commands(commands):
         ("--zip", "a zip file of it too (default: the folder alone)"),
     ):
         parser.add_argument(option, action="store_true", help=what)
-    parser.set_defaults(run=_run)
 
 
 def _run(options):

@@ -19,7 +19,7 @@ from string import Template
 from . import confined as prison
 from . import exercises as paper
 from .editions import SAMPLES, stamp, student
-from .files import embed_pictures, notebooks, writable
+from .files import command, embed_pictures, notebooks, writable
 
 MANIFEST = ".pendlab-course.json"
 CELL_SECONDS = 120
@@ -212,12 +212,8 @@ def sheet(name, exercises, marking):
 
 def add_commands(commands):
     about = "A course for nbgrader: source notebooks with points, configuration, marking sheets."
-    parser = commands.add_parser(
-        "course",
-        help=about,
-        description=f"{about} Run again, it renews what you have not changed.",
-        epilog="python -m pendlab course control-lab --confined",
-    )
+    parser = command(commands, "course", _run, about, "control-lab --confined")
+    parser.description += " Run again, it renews what you have not changed."
     parser.add_argument("folder", type=Path, metavar="DIR", help="where the course goes")
     parser.add_argument(
         "--notebooks",
@@ -231,10 +227,8 @@ def add_commands(commands):
         action="store_true",
         help="run hand-ins shut in, on Linux with bubblewrap (default: as you)",
     )
-    parser.set_defaults(run=_run)
-    gone = commands.add_parser("mark", help="Gone: nbgrader marks, see course.")
+    gone = command(commands, "mark", _gone, "Gone: nbgrader marks, see course.")
     gone.add_argument("anything", nargs=argparse.REMAINDER)
-    gone.set_defaults(run=_gone)
 
 
 def _run(options):

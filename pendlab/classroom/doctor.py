@@ -10,6 +10,8 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
+from .files import command
+
 ENVIRONMENT = Path(__file__).parents[2] / "environment.txt"
 OPTIONAL = {"numba": "simulations run in plain Python, about a hundred times slower"}
 NEEDED = (
@@ -223,10 +225,7 @@ QUESTIONS = (
 
 
 def add_commands(commands):
-    about = "Is this machine ready for a session?"
-    example = "python -m pendlab doctor"
-    parser = commands.add_parser("doctor", help=about, description=about, epilog=example)
-    parser.set_defaults(run=run)
+    command(commands, "doctor", run, "Is this machine ready for a session?")
 
 
 def run(_):

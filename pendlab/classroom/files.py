@@ -1,4 +1,4 @@
-"""Files of the classroom's commands: which notebooks go in, where results go, pictures inside."""
+"""The classroom's commands and their files: which notebooks go in, where results go, pictures inside."""
 
 import base64
 import mimetypes
@@ -15,6 +15,17 @@ PICTURE = re.compile(
     r"|<img\b[^>]*?\bsrc\s*=\s*[\"'](?P<tag>[^\"']+)",
     re.DOTALL,
 )
+
+
+def command(commands, name, run, about, example="", folder=None):
+    """The parser of one command; `folder` says what goes into the folder of its option --folder."""
+    example = f"python -m pendlab {name} {example}".rstrip()
+    parser = commands.add_parser(name, help=about, description=about, epilog=example)
+    parser.set_defaults(run=run)
+    if folder:
+        default, what = Path(f"pendlab-{name}"), f"where the {folder} go (default: %(default)s)"
+        parser.add_argument("--folder", type=Path, default=default, help=what)
+    return parser
 
 
 def writable(name, folder):

@@ -18,6 +18,7 @@ from pathlib import Path
 
 from . import confined
 from . import exercises as paper
+from .files import command
 
 CLASS = "Mine"
 
@@ -144,8 +145,7 @@ def table(entries):
 
 def add_commands(commands):
     about = "The contest of homework 9, played again for every class that was handed in."
-    example = "python -m pendlab leaderboard submitted --season 2"
-    parser = commands.add_parser("leaderboard", help=about, description=about, epilog=example)
+    parser = command(commands, "leaderboard", _run, about, "submitted --season 2")
     parser.add_argument("folder", type=Path, metavar="DIR", help="hand-ins, a folder for each")
     parser.add_argument(
         "--season", type=int, default=1, help="of the contest (default: %(default)s)"
@@ -153,7 +153,6 @@ def add_commands(commands):
     parser.add_argument(
         "--seconds", type=float, default=300, help="for each class (default: %(default)s)"
     )
-    parser.set_defaults(run=_run)
 
 
 def _run(options):

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from . import exercises as paper
 from .editions import lab_sheet, student, teacher, without_results, without_solutions
-from .files import embed_pictures, plan
+from .files import command, embed_pictures, plan
 
 ABOUT = {
     "student": "Notebooks with gaps in place of solutions, checks kept, outputs cleared.",
@@ -16,9 +16,9 @@ ABOUT = {
 
 def add_commands(commands):
     for name, about in ABOUT.items():
-        pdf = " --pdf" if name == "handout" else ""
-        example = f"python -m pendlab {name} notebooks --folder pendlab-{name}{pdf}"
-        parser = commands.add_parser(name, help=about, description=about, epilog=example)
+        example = f"notebooks --folder pendlab-{name}" + " --pdf" * (name == "handout")
+        parser = command(commands, name, _run, about, example, folder="files")
+        parser.set_defaults(edition=name)
         parser.add_argument(
             "notebooks",
             nargs="*",
@@ -26,13 +26,6 @@ def add_commands(commands):
             default=[Path("notebooks")],
             help="notebooks, or folders that stand for all in them (default: notebooks)",
         )
-        parser.add_argument(
-            "--folder",
-            type=Path,
-            default=Path(f"pendlab-{name}"),
-            help="where the files go (default: %(default)s)",
-        )
-        parser.set_defaults(run=_run, edition=name)
     for option, what in (
         ("--solutions", "keep solutions, and what they print (default: gaps)"),
         ("--no-results", "leave out what cells show, to predict it first (default: shown)"),
