@@ -54,6 +54,10 @@ def model(name="double"):
     return pl.paper_design(name).model
 
 
+def triple_floor():
+    return np.exp(sum(np.log(abs(p)) for p in np.linalg.eigvals(model("triple").A) if abs(p) > 1))
+
+
 def remainder():
     F, L2, Psi, T, B = unordered("F L2 Psi T B")
     return -F * L2 * Psi * T * B
@@ -146,6 +150,8 @@ RIGHT = {
     "04.4": lambda: (kp_low(),),
     "04.5": lambda: ((1, 0, 2),),
     "04.6": lambda: (10 * upper_margin(),),
+    "04.7": lambda: (10,),
+    "04.8": lambda: ((triple_floor(), triple_floor() ** (50 / 10.26)),),
     "A.1": tip,
     "A.2": belt,
     "A.3": lambda: (-P, 0),
@@ -197,6 +203,8 @@ MISTAKES = {
     ],
     "03.5": [(lambda: (1.1, -0.5), "odd number"), (lambda: (1.5, 0.5), "opposite sign")],
     "03.6": [(lambda: (0.6, 0.2), "of the text"), (lambda: (1.2, 2.2), "lower end")],
+    "04.7": [(lambda: (0.1,), "more"), (lambda: (1e4,), "less")],
+    "04.8": [(lambda: ((triple_floor() ** (50 / 10.26), triple_floor()),), "other way round")],
     "04.1": [(lambda: (0,), "sensor shows"), (lambda: (0.01,), "sign")],
     "04.2": [
         (lambda: ([(2, 0), (0, 2), (1, 1)],), "other way round"),

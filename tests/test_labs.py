@@ -19,7 +19,6 @@ SERIES = sorted(
     path.stem for path in FOLDER.glob("*.ipynb") if re.match(r"(\d\d|[A-Z])_", path.stem)
 )
 LONGER = {  # on their way below ninety minutes
-    "04_controller_design",
     "05_experimental_results",
 }
 HEADINGS = (

@@ -272,8 +272,8 @@ def triple_loops():
     _path(ax, (y_x, inner), (block + 0.5, inner))
     _path(ax, (block - 0.5, inner), (col2, inner), (col2, row2 - 0.12))
     _path(ax, (block - 0.5, outer), (col1, outer), (col1, row1 - 0.12))
-    _note(ax, 2.3, inner + 0.2, "upper motor's loop", fontsize=10)
-    _note(ax, 2.3, outer + 0.2, "middle motor's loop", fontsize=10)
+    _note(ax, 2.3, inner + 0.2, "loop of motor 2", fontsize=10)
+    _note(ax, 2.3, outer + 0.2, "loop of motor 1", fontsize=10)
     return describe(
         fig,
         "Fig 9. The triple's two loops share the plant, so each is judged with the other closed: "

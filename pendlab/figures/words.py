@@ -26,7 +26,7 @@ def words6(data, design):
         paper = f" (paper {published('eq18.k_p_interval').values[0]:g})"
     changes = f" An eigenvalue meets the unit circle at k_p = {meets}{paper}." if meets else ""
     return (
-        f"Fig 6. At k_p = {data.kp:g} the upper motor's position loop leaves {data.unstable} of "
+        f"Fig 6. At k_p = {data.kp:g} motor 2's position loop leaves {data.unstable} of "
         f"{n} eigenvalues outside the unit circle.{changes}{rest}",
         f"Root locus in the z-plane near z = 1 for k_p from {data.kps[0]:g} to {data.kps[-1]:g} "
         f"V/rad: {n - len(outside)} of {n} eigenvalues, the unit circle, starts as open circles and "

@@ -27,7 +27,7 @@ def kp_panel():
         return fig.update(design.changed(kp=k_p)).caption
 
     return Panel(
-        "The spring k_p of the triple's upper motor",
+        "The spring k_p of motor 2",
         [_kp_slider(design)],
         View(fig, update, fig.moving),
         legend=(

@@ -2,17 +2,26 @@
 
 from dataclasses import replace
 
+import control
 import numpy as np
+from scipy.linalg import solve_discrete_are
 
-from ...loop import frequency_response, margins, state_feedback_loop
+from ..._arguments import number
+from ...controllers import controller
+from ...gain import lqr
+from ...loop import frequency_response, margins, open_loop, state_feedback_loop
 from ...nyquist import encirclements
-from ...observers import observer_family
+from ...observers import Observer, observer_family
 from ...paper.alignment import alignment_interval
 from ...paper.designs import paper_design
 from ...paper.ledger import published
-from .judging import compare
+from ...sampled import add_integrator
+from ...studies.transmission import rms
+from .judging import Verdict, compare
 
 OFFSET = 0.01  # rad, on the sensor of theta2 - theta1
+SIGMA = (1e-3, 1e-3, 1e-2)  # rad, rad, rad/s: noise of the readings in exercise 7
+DISTANCE, NOISE = 0.91, 0.2  # from -1, V: what exercise 7 asks for
 
 
 def exercise_1(final_angle, rig=None):
@@ -214,6 +223,62 @@ def exercise_6(kp_max, rig=None):
         tolerance=5e-3,  # three digits
         praise="Not far above the chosen value: the filters have used up what was to spare.",
     )
+
+
+def exercise_7(q_mine, rig=None):
+    """Process noise of a Kalman filter for the double with its filters: near, and quiet."""
+    q = number("q_mine", q_mine, above=0)
+    double = _design("double", rig)
+    distance, noise = _kalman(double, q)
+    if distance >= DISTANCE and noise <= NOISE:
+        return Verdict(
+            True,
+            f"Distance {distance:.3f} at {noise:.3f} V: the more the filter doubts the motor, "
+            "the nearer it comes to H = 0, and the more it must believe the sensors.",
+        )
+    told = f"With your q the distance is {distance:.3f} and the noise {noise:.3f} V. "
+    return Verdict(
+        False, told + ("Doubt the motor more." if distance < DISTANCE else "Doubt it less.")
+    )
+
+
+def _kalman(design, q):
+    """Distance from -1 with filters, and noise on u in V, with the filter of process noise q B B'."""
+    model = design.filtered
+    A, B, C, V = model.A, model.B, model.C, np.diag(np.square(SIGMA))
+    X = solve_discrete_are(A.T, C.T, q * B @ B.T, V)
+    M = X @ C.T @ np.linalg.inv(C @ X @ C.T + V)
+    T = np.eye(len(A)) - M @ C
+    Q = [*design.Q[:4], *[0] * (len(A) - 4), design.Q[4]]
+    F = lqr(add_integrator(model, 1), Q, design.R)
+    own = controller(F, Observer(T @ A, T @ B, T, T @ A @ M, M, np.eye(len(A))), design.dt)
+    noise = rms(control.feedback(own.system, model, sign=1), SIGMA)[0]
+    return margins(open_loop(own, model)).modulus, noise
+
+
+def exercise_8(floors, rig=None):
+    """Hard floor of the peak of |det S| of the triple, and the soft one below the motors' cut-off."""
+    triple = _design("triple", rig)
+    hard, soft = _floors(triple.model, triple.rig.filters.input_hz[0], triple.dt)
+    double = _design("double", None)
+    return compare(
+        "floors",
+        floors,
+        (hard, soft),
+        [
+            ((soft, hard), "The other way round: first the floor for any controller."),
+            ((np.log(hard), soft), "The first is the sum of the logarithms; the peak is its exponential."),
+            ((hard, hard ** (1 / (triple.dt * triple.rig.filters.input_hz[0]))), "Frequencies go up to half the sampling rate."),
+            (_floors(double.model, double.rig.filters.input_hz[0], double.dt), "That is the double's; take the triple."),
+        ],
+        tolerance=5e-3,
+        praise="The pendulum asks for little; the rest of the peak is the design's.",
+    )  # fmt: skip
+
+
+def _floors(model, cut_off, dt):
+    hard = np.prod([max(1.0, abs(p)) for p in np.linalg.eigvals(model.A)])
+    return hard, hard ** (0.5 / dt / cut_off)
 
 
 def _design(name, rig):
