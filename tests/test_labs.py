@@ -18,9 +18,6 @@ LABS = FOLDER / "labs"
 SERIES = sorted(
     path.stem for path in FOLDER.glob("*.ipynb") if re.match(r"(\d\d|[A-Z])_", path.stem)
 )
-LONGER = {  # on their way below ninety minutes
-    "05_experimental_results",
-}
 HEADINGS = (
     "Pre-lab question",
     "Steps",
@@ -117,7 +114,6 @@ def test_minutes_sum_to_the_total_and_fit_a_session(stem):
     assert sum(sum(totals(s)) for s in SERIES if s[:2] in ("00", "01")) <= 90  # one session
 
 
-@pytest.mark.parametrize("stem", [stem for stem in SERIES if stem not in LONGER])
 def test_minutes_planned_are_those_needed(stem):
     """What words, code, predictions and exercises take, to within a fifth; parts one by one."""
     needs = needed(notebook(stem), at_home(sheet(stem)))

@@ -58,7 +58,7 @@ STOPS = (
     ("B", "lemma", "why H = 0", _formula("$I+PG$")),
     ("04", "design", "model to controller", _nyquist),
     ("05", "experiment", "controller to traces", _swing),
-    ("06", "outlook", "the paper's future work", _pendulum(-0.25, 0.2, 0.8)),
+    ("06", "outlook", "what was left to do", _pendulum(-0.25, 0.2, 0.8)),
 )  # fmt: skip
 
 
