@@ -1,6 +1,7 @@
 """What nbval cannot see: stripped, unordered, silenced or erroneous notebooks, and their making."""
 
 import ast
+import builtins
 import re
 
 import nbformat
@@ -160,3 +161,41 @@ def test_folded_cells_draw_or_solve_and_are_not_long_either(notebook):
 
 def test_lines_of_code_are_counted():
     assert code_lines('a = 1\n\nb = """\ntext\nmore\n"""\nc = 2') == 3
+
+
+# Parts that run alone
+
+
+def parts(notebook):
+    """The sources of the code cells of each part, for a notebook that has parts."""
+    found = [[]]
+    for cell in notebook.cells:
+        if cell.cell_type == "markdown" and re.search(r"(?m)^## Part [2-9]", cell.source):
+            found.append([])
+        elif cell.cell_type == "code":
+            found[-1].append(cell.source)
+    return found
+
+
+def unknown_names(sources):
+    """Names that the cells of a part use and no cell of that part makes."""
+    nodes = [node for source in sources for node in ast.walk(ast.parse(source))]
+    used = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+    made = {n.id for n in nodes if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+    made |= {n.name for n in nodes if isinstance(n, (ast.FunctionDef, ast.ClassDef))}
+    made |= {n.arg for n in nodes if isinstance(n, ast.arg)}
+    made |= {n.name for n in nodes if isinstance(n, ast.ExceptHandler) and n.name}
+    imports = [n for n in nodes if isinstance(n, (ast.Import, ast.ImportFrom))]
+    made |= {(a.asname or a.name).split(".")[0] for n in imports for a in n.names}
+    return used - made - set(dir(builtins)) - {"display"}
+
+
+def test_parts_run_alone(notebook):
+    for number, sources in enumerate(parts(notebook), 1):
+        assert not unknown_names(sources), f"part {number}"
+
+
+def test_a_part_that_needs_another_is_found_out():
+    assert unknown_names(
+        ["import numpy as np", "x = np.pi", "def f(y):\n    return y + x + z"]
+    ) == {"z"}
