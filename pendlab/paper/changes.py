@@ -49,12 +49,15 @@ def changed(name, part, factor=0.0):
 
 
 def hits_without(count=16):
-    """Mechanism -> `tick_hits` of both rigs together with that mechanism taken away."""
+    """Mechanism -> `tick_hits` of both rigs together with that mechanism taken away.
+
+    From `count` runs for each; "the bench" itself from its whole ensemble.
+    """
     table = {"the bench": {}} | {part: {} for part in PARTS}
-    for label, hits in table.items():
-        for name in FIGURES:
-            change = {} if label == "the bench" else changed(name, label)
-            hits |= tick_hits(name, bench_ensemble(name, count, **change))
+    for name in FIGURES:
+        table["the bench"] |= tick_hits(name)
+        for part in PARTS:
+            table[part] |= tick_hits(name, bench_ensemble(name, count, **changed(name, part)))
     return table
 
 
