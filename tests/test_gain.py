@@ -181,7 +181,9 @@ def test_an_eigenvalue_of_Q_is_negative_beyond_rounding_only(double_design, size
 
 def test_asymmetry_beyond_rounding_is_refused(double_design):
     Q = np.diag([1.0, 2.0, 1.0, 1.0, 1.0])
-    Q[0, 1], Q[1, 0] = 0.5, 0.5 * (1 + 1e-8)
+    Q[0, 1], Q[1, 0] = 0.5, 0.5 * (1 + 1e-11)
+    assert pl.lqr(double_design.augmented, Q, 1.0).shape == (1, 5)
+    Q[1, 0] = 0.5 * (1 + 1e-8)
     with pytest.raises(ValueError, match="Q: expected a symmetric"):
         pl.lqr(double_design.augmented, Q, 1.0)
 

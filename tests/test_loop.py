@@ -182,16 +182,20 @@ def test_encirclements_of_the_papers_loops(design):
     assert pl.encirclements(design.state_feedback_loop).stable
 
 
-def test_turns_within_one_step_are_followed():
-    """Two turns and a radian within a thousandth of the piece: only bisecting that place sees them."""
+@pytest.mark.parametrize(
+    "place, width, change",
+    [(0.3012, 1e-3, 4 * np.pi + 1), (0.7954, 1.27e-4, -19.26), (0.7632, 3.1e-4, 16.7)],
+)
+def test_turns_within_one_step_are_followed(place, width, change):
+    """Turns within less than one step of 1/200 are seen only by halving the steps at that place."""
 
     def det(z):
-        return np.exp(1j * (4 * np.pi + 1) * np.clip((z.real - 0.3012) / 1e-3, 0, 1))
+        return np.exp(1j * change * np.clip((z.real - place) / width, 0, 1))
 
     def piece(t):
         return np.asarray(t, dtype=complex)
 
-    assert _phase_change(det, piece) == pytest.approx(4 * np.pi + 1, abs=1e-9)
+    assert _phase_change(det, piece) == pytest.approx(change, abs=1e-9)
 
 
 @pytest.mark.parametrize("dt", [1, 1.0])
