@@ -303,11 +303,8 @@ def frequency_grid(dt, points=1500, lowest=1e-3, eigenvalues=()):
     array([  1. ,   4.2,  15.7,  17.7,  74.6, 314.2])
     """
     top = np.pi / number("dt", dt, above=0)
-    if whole("points", points, least=4) > 1_000_000 or not 0 < number("lowest", lowest) < top:
-        raise ValueError(
-            f"points, lowest: expected at most a million points from above 0 to below pi/dt = "
-            f"{top:g} rad/s, found {points} from {lowest:g}."
-        )
+    whole("points", points, least=4, most=1_000_000)
+    number("lowest", lowest, above=0, most=top)
     z = np.asarray(eigenvalues, dtype=complex)
     distance = np.abs(z - 1)
     away = (distance > ON_CIRCLE) & (np.abs(z) > 1e-300)

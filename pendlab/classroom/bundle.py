@@ -15,7 +15,7 @@ import tomllib
 from pathlib import Path
 
 from .editions import student
-from .files import command, embed_pictures, writable
+from .files import as_text, command, opened, writable
 
 ROOT = Path(__file__).parents[2]
 # What a copy of the repository holds; nothing else that lies in it is anyone else's business.
@@ -151,18 +151,9 @@ def copy_files(root, folder, students=False):
         target = folder / place
         target.parent.mkdir(parents=True, exist_ok=True)
         if students and file.suffix == ".ipynb":
-            release(file, target)
+            target.write_text(as_text(student(opened(file))), encoding="utf-8")
         else:
             shutil.copy2(file, target)
-
-
-def release(file, target):
-    """The student edition of one notebook."""
-    import nbformat
-
-    notebook = nbformat.read(file, as_version=4)
-    embed_pictures(notebook, file.parent)
-    target.write_text(nbformat.writes(student(notebook)) + "\n", encoding="utf-8")
 
 
 def own_files(root):

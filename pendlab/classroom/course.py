@@ -19,7 +19,7 @@ from string import Template
 from . import confined as prison
 from . import exercises as paper
 from .editions import SAMPLES, stamp, student
-from .files import command, embed_pictures, notebooks, writable
+from .files import as_text, command, notebooks, opened, writable
 
 MANIFEST = ".pendlab-course.json"
 CELL_SECONDS = 120
@@ -106,19 +106,15 @@ def _checksum(text):
 
 def files(paths, confined=False):
     """Relative path -> text of everything that a course holds."""
-    import nbformat
-
     found = {}
     for path in paths:
-        notebook = nbformat.read(path, as_version=4)
+        notebook = opened(path)
         if not paper.exercises(notebook):
             continue
-        embed_pictures(notebook, path.parent)
         name, marking = assignment(path), paper.marking(path)
-        text = nbformat.writes(source(notebook, marking)) + "\n"
         if f"source/{name}/{path.name}" in found:
             raise ValueError(f"notebooks: two of them are called {path.name}.")
-        found[f"source/{name}/{path.name}"] = text
+        found[f"source/{name}/{path.name}"] = as_text(source(notebook, marking))
         found[f"marking/{name}.md"] = sheet(name, paper.exercises(notebook), marking)
     if not found:
         raise ValueError("notebooks: none of them has an exercise to mark.")

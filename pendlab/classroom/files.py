@@ -78,6 +78,22 @@ def plan(paths, folder, suffix):
     return pairs
 
 
+def opened(path):
+    """The notebook of a file, its pictures inside."""
+    import nbformat
+
+    notebook = nbformat.read(path, as_version=4)
+    embed_pictures(notebook, path.parent)
+    return notebook
+
+
+def as_text(notebook):
+    """The text of a notebook's file."""
+    import nbformat
+
+    return nbformat.writes(notebook) + "\n"
+
+
 def embed_pictures(notebook, folder):
     """Turn local pictures of Markdown cells into attachments, so that the notebook can move.
 

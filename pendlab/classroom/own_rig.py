@@ -37,8 +37,7 @@ def my_rig(who, base="double", spread=0.06):
     who = unicodedata.normalize("NFC", str(who)).strip().lower()
     if not who:
         raise ValueError("who: expected a name or a number, found nothing; write your own.")
-    if not 0 <= number("spread", spread) <= 0.2:
-        raise ValueError(f"spread: expected a number from 0 to 0.2, {found(spread)}.")
+    number("spread", spread, least=0, most=0.2)
     try:
         rig = load(base)
     except (TypeError, ValueError) as problem:

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from . import exercises as paper
 from .editions import lab_sheet, student, teacher, without_results, without_solutions
-from .files import command, embed_pictures, plan
+from .files import as_text, command, opened, plan
 
 ABOUT = {
     "student": "Notebooks with gaps in place of solutions, checks kept, outputs cleared.",
@@ -36,19 +36,13 @@ def add_commands(commands):
 
 def _run(options):
     """All editions are made before the first is written, so that a refusal leaves nothing half done."""
-    import nbformat
-
     write = _notebook
     if options.edition == "handout":
         from . import handout  # noqa: F401, a package that it lacks is named before the work
 
         write = _page
     pairs = plan(options.notebooks, options.folder, ".html" if write is _page else ".ipynb")
-    made = []
-    for path, target in pairs:
-        notebook = nbformat.read(path, as_version=4)
-        embed_pictures(notebook, path.parent)
-        made.append((_edition(options, path, notebook), path, target))
+    made = [(_edition(options, path, opened(path)), path, target) for path, target in pairs]
     for number, (edition, path, target) in enumerate(made, 1):
         target.parent.mkdir(parents=True, exist_ok=True)
         write(options, edition, path, target)
@@ -66,9 +60,7 @@ def _edition(options, path, notebook):
 
 
 def _notebook(options, edition, path, target):
-    import nbformat
-
-    target.write_text(nbformat.writes(edition) + "\n", encoding="utf-8")
+    target.write_text(as_text(edition), encoding="utf-8")
 
 
 def _page(options, edition, path, target):

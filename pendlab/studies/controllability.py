@@ -168,16 +168,11 @@ def in_units(plant, angle=1.0, second=1.0, volts=1.0):
     >>> bool(A[0, 2] == 1)  # an angle grows by one per unit of time at rate one
     True
     """
-    if state_space("plant", plant).dt != 0:
-        raise ValueError(
-            f"plant: expected a continuous model, found one sampled at {plant.dt} s; "
-            "use pl.linearize."
-        )
-    angle, second = number("angle", angle, above=0), number("second", second, above=0)
-    if not (1e-100 < angle < 1e100 and 1e-100 < second < 1e100):
-        raise ValueError(
-            f"angle, second: expected units from 1e-100 to 1e100, found {angle:g} and {second:g}."
-        )
+    state_space("plant", plant, sampled=False)
+    angle, second = (
+        number(name, unit, above=1e-100, most=1e100)
+        for name, unit in (("angle", angle), ("second", second))
+    )
     volts = numbers("volts", volts, above=0)
     volts = numbers(
         "volts", volts * plant.ninputs if len(volts) == 1 else volts, count=plant.ninputs
@@ -213,11 +208,9 @@ def with_bar(rig, link, inertia, mass=0.0, height=None):
     instance("rig", rig, Pendulum, 'pl.load("double")')
     if whole("link", link, least=1) > rig.n_links:
         raise ValueError(f"link: the rig has links 1 to {rig.n_links}, found {link}.")
-    inertia, mass = number("inertia", inertia, least=0), number("mass", mass, least=0)
+    inertia, mass = number("inertia", inertia, least=0), number("mass", mass, least=0, most=1e100)
     old = rig.links[link - 1]
-    height = old.com if height is None else number("height", height, least=0)
-    if max(mass, height) > 1e100:
-        raise ValueError("mass, height: expected numbers up to 1e100, found a larger one.")
+    height = number("height", old.com if height is None else height, least=0, most=1e100)
     com = (old.mass * old.com + mass * height) / (old.mass + mass)
     about = old.inertia + old.mass * (old.com - com) ** 2 + inertia + mass * (height - com) ** 2
     new = replace(old, mass=old.mass + mass, com=com, inertia=about)
