@@ -33,7 +33,7 @@ def test_hint_names_the_mistake(answer, hint):
 
 def test_right_within_tolerance_only():
     assert compare("x", 2.0001, 2.0)
-    assert not compare("x", 2.01, 2.0)
+    assert not compare("x", 2.02, 2.0)
 
 
 def test_arrays_transposed_reversed_and_wrong_entry():

@@ -75,7 +75,7 @@ def test_a_task_asks_for_what_its_check_asks_for():
     """In a homework's task an output or the solution's own number does not do."""
     task = ROOT / "notebooks/homework/02_observer_dynamics.ipynb"
     text = "noise at most {} times that of `reference`"
-    cells = [new_markdown_cell(text.format(number), id="hw2-ex4-task") for number in (0.85, 0.58)]
+    cells = [new_markdown_cell(text.format(number), id="hw2-ex4-task") for number in (0.66, 0.58)]
     right, wrong = (
         new_notebook(cells=[cell, new_code_cell("0.58", id="hw2-ex4-solution")]) for cell in cells
     )

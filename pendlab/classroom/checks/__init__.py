@@ -9,6 +9,8 @@ import sys
 from contextlib import redirect_stderr
 from importlib import import_module, resources
 
+from numpy import ndarray
+
 from ..gaps import unanswered
 from .judging import Verdict
 
@@ -47,6 +49,9 @@ def check(exercise, *answer, rig=None, points=None):
 
 
 def _judge(function, answer, rig):
+    answer = [
+        part.item() if isinstance(part, ndarray) and not part.ndim else part for part in answer
+    ]
     if unanswered(rig) or (answer and all(map(unanswered, answer))):
         return Verdict(None, OPEN)
     try:

@@ -8,16 +8,18 @@ from ..._arguments import number
 from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
 from ...loop import frequency_response
-from .acceptance import modulus_margins, reference, small_margins, unstable, verdict, wrong_design
-from .judging import Verdict, compare
+from .acceptance import modulus_margins, reference, small_margins, unstable, wrong_design
+from .judging import compare, judged, not_callable, on
 
 PASS = 1e-3  # s, the paper's steps 1 to 6 for the triple
 LOAD, HUM_HZ, HUM, HUM_VOLTS, LOWEST, MARGIN = 0.2, 50.0, 1e-3, 1.0, 5.0, 0.25
 CROSSOVER = 2.5  # Hz
 FURTHER, LASTING, REST = 1.05, 6.0, 0.05  # s, rad: the lean and the period to within 5 %
 SMOOTHING = 3  # factor by which the motors' filters weaken the sampling frequency
+WEAKENED = 1.5  # factor by which each sensor's filter weakens the hum
 
 
+@on("triple", who="your name")
 def exercise_1(delays, rig=None):
     design = reference(rig)
     hold = design.dt / 2
@@ -39,9 +41,10 @@ def exercise_1(delays, rig=None):
     )  # fmt: skip
 
 
+@on("triple", who="your name")
+@judged
 def exercise_2(alias, rig=None):
-    if not callable(alias):
-        return Verdict(False, f"Expected your function alias(f, dt), found {type(alias).__name__}.")
+    yield not_callable(alias, "your function alias(f, dt)")
     cases = [(3, 0.01), (50, 0.02), (50, 0.01), (97, 0.01), (60, 0.01), (130, 0.008), (460, 0.005)]
     for f, dt in cases:
         found = number("alias(f, dt)", float(alias(f, dt)))
@@ -49,22 +52,24 @@ def exercise_2(alias, rig=None):
         n = np.arange(64)
         same = np.cos(2 * np.pi * f * n * dt) - np.cos(2 * np.pi * found * n * dt)
         if not -1e-9 <= found <= 0.5 / dt + 1e-9:
-            return Verdict(
-                False, f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz; an alias lies from 0 to "
+            yield (
+                f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz; an alias lies from 0 to "
                 "half the sampling frequency."
-            )  # fmt: skip
+            )
         if np.abs(same).max() > 1e-6:
-            return Verdict(
-                False, f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz, but the samples of the "
+            yield (
+                f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz, but the samples of the "
                 "two cosines differ. Which multiple of 1/dt is nearest?"
-            )  # fmt: skip
-    return Verdict(True, "The samples of both cosines agree in every case tried.")
+            )
+    return "The samples of both cosines agree in every case tried."
 
 
+@on("triple", who="your name")
+@judged
 def exercise_3(longest, rig=None):
     longest = number("longest", longest, above=0)
     if longest > 0.2:
-        return Verdict(False, "A period in seconds is asked for; this one would be very long.")
+        yield "A period in seconds is asked for; this one would be very long."
 
     def least(dt):
         design = replace(reference(rig), dt=dt)
@@ -72,52 +77,52 @@ def exercise_3(longest, rig=None):
 
     here, beyond = least(longest), least(FURTHER * longest)
     if here < MARGIN:
-        return Verdict(
-            False,
-            f"Without filters the smaller modulus margin is {here:.3f} there, under {MARGIN}.",
-        )
+        yield f"Without filters the smaller modulus margin is {here:.3f} there, under {MARGIN}."
     if beyond >= MARGIN:
-        return Verdict(
-            False, f"Still {here:.3f} there, and {beyond:.3f} at a period 5 % longer: go on."
-        )
-    return Verdict(True, f"The smaller margin is {here:.3f}, and under {MARGIN} 5 % further on.")
+        yield f"Still {here:.3f} there, and {beyond:.3f} at a period 5 % longer: go on."
+    return f"The smaller margin is {here:.3f}, and under {MARGIN} 5 % further on."
 
 
+@on("triple", who="your name")
+@judged
 def exercise_4(design, rig=None):
-    def shortfalls():
-        yield wrong_design(design, rig, any_filters=True)
-        if PASS / design.dt > LOAD + 1e-9:
-            yield (
-                f"One pass takes 1 ms, so at dt = {1000 * design.dt:.3g} ms the computer is busy "
-                f"{PASS / design.dt:.0%} of the time; at most {LOAD:.0%} is allowed."
-            )
-        seen = abs(HUM_HZ - round(HUM_HZ * design.dt) / design.dt)
-        if seen < LOWEST:
-            yield (
-                f"Sampled at {1 / design.dt:.4g} Hz, the mains' 50 Hz turns up at {seen:.2g} Hz, "
-                "where it looks like a motion of the pendulum; no voltage will show it, the "
-                f"pendulum will. Keep it above {LOWEST:g} Hz."
-            )
-        smoothing = np.hypot(1, 1 / design.dt / max(design.rig.filters.input_hz))
-        if smoothing < SMOOTHING:
-            yield (
-                f"The faster motor filter weakens the staircase's {1 / design.dt:.4g} Hz by a factor "
-                f"of {smoothing:.2f} only; {SMOOTHING} is asked for."
-            )
-        yield unstable(design.filtered_loop)
-        yield small_margins(design, (MARGIN, MARGIN))
-        volts = hum_volts(design)
-        if volts > HUM_VOLTS:
-            yield (
-                f"The hum moves motor 1 by {volts:.2f} V, {HUM_VOLTS:g} V is allowed; the sensors' "
-                "filters and the period both have a say in it."
-            )
-
-    return verdict(
-        shortfalls(),
-        lambda: "Margins {:.2f} and {:.2f}, hum {:.2f} V.".format(
-            *modulus_margins(design), hum_volts(design)
-        ),
+    yield wrong_design(design, rig, any_filters=True)
+    if design.rig.filters is None:
+        yield "This rig has no filters at all; the 50 Hz on its cables would reach the sampler whole."
+    if PASS / design.dt > LOAD + 1e-9:
+        yield (
+            f"One pass takes 1 ms, so at dt = {1000 * design.dt:.3g} ms the computer is busy "
+            f"{PASS / design.dt:.0%} of the time; at most {LOAD:.0%} is allowed."
+        )
+    seen = abs(HUM_HZ - round(HUM_HZ * design.dt) / design.dt)
+    if seen < LOWEST:
+        yield (
+            f"Sampled at {1 / design.dt:.4g} Hz, the mains' 50 Hz turns up at {seen:.2g} Hz, "
+            "where it looks like a motion of the pendulum; no voltage will show it, the "
+            f"pendulum will. Keep it above {LOWEST:g} Hz."
+        )
+    smoothing = np.hypot(1, 1 / design.dt / max(design.rig.filters.input_hz))
+    if smoothing < SMOOTHING:
+        yield (
+            f"The faster motor filter weakens the staircase's {1 / design.dt:.4g} Hz by a factor "
+            f"of {smoothing:.2f} only; {SMOOTHING} is asked for."
+        )
+    passed = np.hypot(1, HUM_HZ / max(design.rig.filters.output_hz))
+    if passed < WEAKENED:
+        yield (
+            f"The fastest sensor filter weakens the hum's {HUM_HZ:g} Hz by a factor of {passed:.2f} "
+            f"only; {WEAKENED:g} is asked for: behind the sampler nobody can tell it from a motion."
+        )
+    yield unstable(design.filtered_loop)
+    yield small_margins(design, (MARGIN, MARGIN))
+    volts = hum_volts(design)
+    if volts > HUM_VOLTS:
+        yield (
+            f"The hum moves motor 1 by {volts:.2f} V, {HUM_VOLTS:g} V is allowed; the sensors' "
+            "filters and the period both have a say in it."
+        )
+    return "Margins {:.2f} and {:.2f}, hum {:.2f} V.".format(
+        *modulus_margins(design), hum_volts(design)
     )
 
 
@@ -130,22 +135,24 @@ def hum_volts(design):
     return float(np.abs(np.linalg.solve(np.eye(len(P)) + P @ G, P @ arriving))[0])
 
 
+@on("triple", who="your name")
+@judged
 def exercise_5(design, lean, rig=None):
     first = exercise_4(design, rig=rig)
     if not first:
-        return Verdict(False, f"The design first (exercise 4): {first.message}")
+        yield f"The design first (exercise 4): {first.message}"
     lean = number("lean", lean, above=0)
     if lean > 0.5:
-        return Verdict(False, "The lean is in radians; this one is nearly lying down.")
+        yield "The lean is in radians; this one is nearly lying down."
     if not recovers(design, lean):
-        return Verdict(False, f"From {lean:.4f} rad your pendulum does not come back in 6 s.")
+        yield f"From {lean:.4f} rad your pendulum does not come back in 6 s."
     if recovers(design, FURTHER * lean):
-        return Verdict(False, f"It still comes back from {FURTHER * lean:.4f} rad: lean further.")
+        yield f"It still comes back from {FURTHER * lean:.4f} rad: lean further."
     share = released(design, lean).saturated[0]
-    return Verdict(
-        True, f"From {lean:.3f} rad it comes back, from 5 % more it does not; motor 1 spends "
+    return (
+        f"From {lean:.3f} rad it comes back, from 5 % more it does not; motor 1 spends "
         f"{share:.0%} of the time at its limit."
-    )  # fmt: skip
+    )
 
 
 def recovers(design, lean):

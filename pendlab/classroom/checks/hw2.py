@@ -13,16 +13,17 @@ from .acceptance import (
     small_margins,
     too_noisy,
     unstable,
-    verdict,
     wrong_design,
 )
-from .judging import Verdict, compare
+from .judging import compare, judged, on
 
 KP = 5.0
 EQUAL, DIFFERENT = (0.9, 0.9), (0.9, 0.8)  # eigenvalues of E
-DEAREST, FINELY, SPREAD, QUIETER, APART, SLOWEST = 1.5, 0.02, 0.1, 0.85, 0.05, 0.95
+DEAREST, FINELY, SPREAD, APART, SLOWEST = 1.5, 0.02, 0.1, 0.05, 0.95
+QUIETER = 0.66  # of the reference's noise
 
 
+@on("triple", who="your name")
 def exercise_1(freedom, rig=None):
     design = reference(rig, KP)
     truth = [choices(design.model, E) for E in (EQUAL, DIFFERENT)]
@@ -57,10 +58,12 @@ def choices(model, E):
     return int(np.sum(values > 1e-8))
 
 
+@on("triple", who="your name")
+@judged
 def exercise_2(alpha, rig=None):
     alpha = number("alpha", alpha)
     if not 0 <= alpha < 1:
-        return Verdict(False, "alpha should be from 0 up to, but not including, 1.")
+        yield "alpha should be from 0 up to, but not including, 1."
     design = reference(rig, KP)
 
     def noise(value):
@@ -68,40 +71,39 @@ def exercise_2(alpha, rig=None):
 
     limit = DEAREST * noise(EQUAL[0])
     if noise(alpha) > limit:
-        return Verdict(
-            False, f"At your alpha motor 1 shakes with {noise(alpha):.2f} V, {limit:.2f} V is the "
-            "limit."
-        )  # fmt: skip
+        yield (
+            f"At your alpha motor 1 shakes with {noise(alpha):.2f} V, {limit:.2f} V is the limit."
+        )
     if noise(max(alpha - FINELY, 0)) <= limit:
-        return Verdict(
-            False, f"{noise(alpha):.2f} V is within the limit of {limit:.2f} V, but an observer "
+        yield (
+            f"{noise(alpha):.2f} V is within the limit of {limit:.2f} V, but an observer "
             f"faster by {FINELY} would be too."
-        )  # fmt: skip
-    return Verdict(True, f"{noise(alpha):.2f} V, and {FINELY} faster would exceed the limit.")
+        )
+    return f"{noise(alpha):.2f} V, and {FINELY} faster would exceed the limit."
 
 
+@on("triple", who="your name")
+@judged
 def exercise_3(*pair, rig=None):
     if len(pair) != 2:
-        return Verdict(False, "Two designs are asked for: pl.check(..., one, other, rig=rig).")
+        yield "Two designs are asked for: pl.check(..., one, other, rig=rig)."
 
-    def shortfalls():
-        for design in pair:
-            yield wrong_design(design, rig)
-            yield too_slow(design)
-            yield unstable(design.filtered_loop)
-        one, other = pair
-        if not np.allclose(one.family.E, other.family.E):
-            yield "Both should have the same E: it is the member of the family that may differ."
-        if not np.allclose(one.F, other.F) or one.kp != other.kp:
-            yield "Both should have the same F and k_p: only the observer may differ."
-        apart = abs(modulus_margins(one)[0] - modulus_margins(other)[0])
-        if apart < SPREAD:
-            yield (
-                f"Their margins at input 1 differ by {apart:.3f}, {SPREAD} is asked for"
-                + (", and with E = e I they always agree." if same(one) else ".")
-            )
-
-    return verdict(shortfalls(), lambda: "One E, one F, and two very different loops.")
+    for design in pair:
+        yield wrong_design(design, rig)
+        yield too_slow(design)
+        yield unstable(design.filtered_loop)
+    one, other = pair
+    if not np.allclose(one.family.E, other.family.E):
+        yield "Both should have the same E: it is the member of the family that may differ."
+    if not np.allclose(one.F, other.F) or one.kp != other.kp:
+        yield "Both should have the same F and k_p: only the observer may differ."
+    apart = abs(modulus_margins(one)[0] - modulus_margins(other)[0])
+    if apart < SPREAD:
+        yield (
+            f"Their margins at input 1 differ by {apart:.3f}, {SPREAD} is asked for"
+            + (", and with E = e I they always agree." if same(one) else ".")
+        )
+    return "One E, one F, and two very different loops."
 
 
 def same(design):
@@ -120,31 +122,27 @@ def too_slow(design):
     return None
 
 
+@on("triple", who="your name")
+@judged
 def exercise_4(design, rig=None):
     start = reference(rig, KP)
     limit = QUIETER * design_noise(start)[0]
-
-    def shortfalls():
-        yield wrong_design(design, rig)
-        values = np.linalg.eigvals(design.family.E)
-        if abs(values[0] - values[1]) < APART:
-            yield (
-                f"The eigenvalues of your E are (nearly) equal; keep them at least {APART} apart."
-            )
-        yield too_slow(design)
-        yield unstable(design.filtered_loop)
-        yield small_margins(design, np.array(modulus_margins(start)) - 1e-6)
-        yield too_noisy(design_noise(design)[0], limit)
-
-    return verdict(
-        shortfalls(),
-        lambda: (
-            "Margins {:.3f} and {:.3f} at {:.2f} V of noise; the paper's E = diag(0.9, 0.9) has "
-            "{:.3f} and {:.3f} at {:.2f} V.".format(
-                *modulus_margins(design),
-                design_noise(design)[0],
-                *modulus_margins(start),
-                design_noise(start)[0],
-            )
-        ),
+    yield wrong_design(design, rig)
+    if design.kp != KP or design.F.shape != start.F.shape or not np.allclose(design.F, start.F):
+        yield "F and k_p stay those of reference: what the observer alone can do is the question."
+    values = np.linalg.eigvals(design.family.E)
+    if abs(values[0] - values[1]) < APART:
+        yield (f"The eigenvalues of your E are (nearly) equal; keep them at least {APART} apart.")
+    yield too_slow(design)
+    yield unstable(design.filtered_loop)
+    yield small_margins(design, np.array(modulus_margins(start)) - 1e-6)
+    yield too_noisy(design_noise(design)[0], limit)
+    return (
+        "Margins {:.3f} and {:.3f} at {:.2f} V of noise; the paper's E = diag(0.9, 0.9) has "
+        "{:.3f} and {:.3f} at {:.2f} V.".format(
+            *modulus_margins(design),
+            design_noise(design)[0],
+            *modulus_margins(start),
+            design_noise(start)[0],
+        )
     )

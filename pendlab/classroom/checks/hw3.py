@@ -1,10 +1,12 @@
 """Homework 3: a Kalman filter against the recovery with H = 0."""
 
+from dataclasses import replace
+
 import control
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from ..._arguments import number
+from ..._arguments import found, number
 from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
 from ...gain import weights
@@ -17,12 +19,13 @@ from .acceptance import (
     reference,
     too_noisy,
     unstable,
-    verdict,
 )
-from .judging import Verdict, compare
+from .judging import compare, judged, on
 
 KP = 5.0
-BAD, BETTER, QUIETER = 0.1, 1.05, 0.2
+BAD, BETTER, QUIETER = 0.1, 1.35, 0.15
+SHAKES = 0.4  # of the reference's noise, simulated
+LEAN, REST = 0.01, 0.005  # rad
 V = np.diag(NOISE**2)
 
 
@@ -53,6 +56,7 @@ def loop_of(P, model):
     return control.ss(loop.A, loop.B, loop.C, 0, model.dt)
 
 
+@on("triple", who="your name")
 def exercise_1(M, rig=None):
     model = reference(rig, KP).model
     W = model.B @ model.B.T
@@ -72,28 +76,28 @@ def exercise_1(M, rig=None):
     )  # fmt: skip
 
 
+@on("triple", who="your name")
+@judged
 def exercise_2(P, rig=None):
     design = reference(rig, KP)
     W = design.model.B @ design.model.B.T
 
-    def shortfalls():
-        yield wrong_compensator(P, design)
-        yield turned(P, design)
-        yield unstable(loop_of(P, design.model), "without filters")
-        A, C = design.model.A, design.model.C
-        estimator = np.linalg.eigvals((np.eye(len(A)) - kalman_gain(design.model, W) @ C) @ A)
-        state = closed_loop_eigenvalues(design.state_feedback_loop)
-        found = np.linalg.eigvals(closed(P, design.model))
-        for name, wanted in (("state feedback", state), ("the estimator", estimator)):
-            missing = max(np.abs(found - value).min() for value in wanted)
-            if missing > 1e-4:
-                yield (
-                    f"The loop is stable, but an eigenvalue of {name} is missing among those of "
-                    f"the closed loop (nearest {missing:.2g} off): separation must hold. Which u "
-                    "moves your prediction?"
-                )
-
-    return verdict(shortfalls(), lambda: "State feedback and estimator, side by side.")
+    yield wrong_compensator(P, design)
+    yield turned(P, design)
+    yield unstable(loop_of(P, design.model), "without filters")
+    A, C = design.model.A, design.model.C
+    estimator = np.linalg.eigvals((np.eye(len(A)) - kalman_gain(design.model, W) @ C) @ A)
+    state = closed_loop_eigenvalues(design.state_feedback_loop)
+    found = np.linalg.eigvals(closed(P, design.model))
+    for name, wanted in (("state feedback", state), ("the estimator", estimator)):
+        missing = max(np.abs(found - value).min() for value in wanted)
+        if missing > 1e-4:
+            yield (
+                f"The loop is stable, but an eigenvalue of {name} is missing among those of "
+                f"the closed loop (nearest {missing:.2g} off): separation must hold. Which u "
+                "moves your prediction?"
+            )
+    return "State feedback and estimator, side by side."
 
 
 def closed(P, model):
@@ -127,27 +131,24 @@ def process_noise(W, design):
     return weights("W", W, design.model.nstates)
 
 
+@on("triple", who="your name")
+@judged
 def exercise_3(W, rig=None):
     design = reference(rig, KP)
     W = process_noise(W, design)
     recovered = modulus_margins(design, filters=False)[0]
     P = compensator(design, W)
 
-    def shortfalls():
-        yield not_semidefinite(W)
-        yield unstable(loop_of(P, design.model), "without filters")
-        found = margins(broken_at(loop_of(P, design.model), 0)).modulus
-        if found > BAD * recovered:
-            yield (
-                f"The modulus margin at input 1 is {found:.3f}, state feedback has {recovered:.3f}; "
-                f"find a W for which less than {BAD:.0%} of it is left. Does your filter expect large "
-                "disturbances exactly where the motors act?"
-            )
-
-    return verdict(
-        shortfalls(),
-        lambda: "An optimal gain, an optimal filter, and hardly any margin left.",
-    )
+    yield not_semidefinite(W)
+    yield unstable(loop_of(P, design.model), "without filters")
+    found = margins(broken_at(loop_of(P, design.model), 0)).modulus
+    if found > BAD * recovered:
+        yield (
+            f"The modulus margin at input 1 is {found:.3f}, state feedback has {recovered:.3f}; "
+            f"find a W for which less than {BAD:.0%} of it is left. Does your filter expect large "
+            "disturbances exactly where the motors act?"
+        )
+    return "An optimal gain, an optimal filter, and hardly any margin left."
 
 
 def not_semidefinite(W):
@@ -156,6 +157,8 @@ def not_semidefinite(W):
     return None
 
 
+@on("triple", who="your name")
+@judged
 def exercise_4(W, rig=None):
     design = reference(rig, KP)
     W = process_noise(W, design)
@@ -167,63 +170,95 @@ def exercise_4(W, rig=None):
     def found(i):
         return margins(broken_at(loop, i))
 
-    def shortfalls():
-        yield not_semidefinite(W)
-        yield unstable(loop)
-        for i, wanted in enumerate((BETTER * least[0], least[1])):
-            if found(i).modulus < wanted:
-                yield (
-                    f"With filters the modulus margin at input {i + 1} is {found(i).modulus:.3f}, "
-                    f"{wanted:.3f} is asked for; nearest to -1 at "
-                    f"{found(i).modulus_omega / (2 * np.pi):.2f} Hz."
-                )
-        yield too_noisy(noise_rms(P, design.filtered)[0], limit)
-
-    return verdict(
-        shortfalls(),
-        lambda: (
-            f"Margins {found(0).modulus:.3f} and {found(1).modulus:.3f} at "
-            f"{noise_rms(P, design.filtered)[0]:.2f} V of noise; H = 0 with E = diag(0.9, 0.9) has "
-            f"{least[0]:.3f} and {least[1]:.3f} at {design_noise(design)[0]:.2f} V."
-        ),
+    yield not_semidefinite(W)
+    yield unstable(loop)
+    for i, wanted in enumerate((BETTER * least[0], least[1])):
+        if found(i).modulus < wanted:
+            yield (
+                f"With filters the modulus margin at input {i + 1} is {found(i).modulus:.3f}, "
+                f"{wanted:.3f} is asked for; nearest to -1 at "
+                f"{found(i).modulus_omega / (2 * np.pi):.2f} Hz."
+            )
+    yield too_noisy(noise_rms(P, design.filtered)[0], limit)
+    return (
+        f"Margins {found(0).modulus:.3f} and {found(1).modulus:.3f} at "
+        f"{noise_rms(P, design.filtered)[0]:.2f} V of noise; H = 0 with E = diag(0.9, 0.9) has "
+        f"{least[0]:.3f} and {least[1]:.3f} at {design_noise(design)[0]:.2f} V."
     )
 
 
+@on("triple", who="your name")
+@judged
 def exercise_5(controller, rig=None):
     design = reference(rig, KP)
     if not callable(getattr(controller, "step", None)):
-        return Verdict(
-            False,
-            f"Expected an object with step(state, y, y_ref), found {type(controller).__name__}.",
+        yield f"Expected an object with step(state, y, y_ref), {found(controller)}."
+    yield _remembers_in_self(controller)
+    bench = Imperfections(filters=True, saturation=True)
+    calm = simulate(rig, controller, 6, [LEAN, 0, 0], imperfections=bench, dt=design.dt)
+    with_noise = replace(bench, noise=tuple(NOISE))
+    noisy = simulate(rig, controller, 10, imperfections=with_noise, dt=design.dt)
+    for run, start in ((calm, f"from a lean of {LEAN} rad"), (noisy, "with noise")):
+        if run.fell:
+            yield f"The pendulum falls {start}, after {run.fell_at:.2f} s."
+    yield _no_integrator(controller, design)
+    late = np.abs(calm.angles[calm.t > 5]).max()
+    if late > REST:
+        yield f"After 5 s the angles still reach {late:.4f} rad, {REST} is asked for."
+    shaking = noisy.u[100:, 0].std()
+    limit = SHAKES * design_noise(design)[0]
+    yield too_noisy(number("voltage", shaking), limit)
+    yield _unlimited(controller, rig)
+    return f"It stands, and motor 1 shakes with {noisy.u[100:, 0].std():.2f} V."
+
+
+def _first(controller):
+    """The state before the first sample of a pendulum that stands upright."""
+    start = getattr(controller, "start", None)
+    return None if start is None else start(np.zeros(6))
+
+
+def _remembers_in_self(controller):
+    y, begin = np.array([1e-3, -2e-3, 1e-3, 0.0]), _first(controller)
+    u, state = controller.step(begin, y, 0.0)
+    controller.step(state, -y, 0.0)
+    if not np.array_equal(u, controller.step(begin, y, 0.0)[0]):
+        return (
+            "Equal calls of step gave different voltages: keep what must be remembered in the "
+            "state that step returns, not in self."
         )
-    calm = simulate(
-        design.rig, controller, 6, initial=[0.01, 0, 0],
-        imperfections=Imperfections(filters=True, saturation=True), dt=design.dt,
-    )  # fmt: skip
-    noisy = simulate(
-        design.rig, controller, 10,
-        imperfections=Imperfections(filters=True, saturation=True, noise=tuple(NOISE)),
-        dt=design.dt,
-    )  # fmt: skip
-    again = simulate(
-        design.rig, controller, 1,
-        imperfections=Imperfections(filters=True, saturation=True, noise=tuple(NOISE)),
-        dt=design.dt,
-    )  # fmt: skip
+    return None
 
-    def shortfalls():
-        for run, start in ((calm, "from a lean of 0.01 rad"), (noisy, "with noise")):
-            if run.fell:
-                yield f"The pendulum falls {start}, after {run.fell_at:.2f} s."
-        if not np.allclose(again.u, noisy.u[: len(again.u)]):
-            yield "Two equal runs differ: the state must travel through step, not stay in the object."
-        late = np.abs(calm.angles[calm.t > 5]).max()
-        if late > 5e-3:
-            yield f"After 5 s the angles still reach {late:.4f} rad, 0.005 is asked for."
-        shaking = noisy.u[100:, 0].std()
-        limit = 2 * QUIETER * design_noise(design)[0]
-        yield too_noisy(number("voltage", shaking), limit)
 
-    return verdict(
-        shortfalls(), lambda: f"It stands, and motor 1 shakes with {noisy.u[100:, 0].std():.2f} V."
-    )
+def _no_integrator(controller, design):
+    """Whether a reference, after one sample, moves the voltages as -F_w T_s does."""
+    y, wish = np.zeros(4), 0.01
+    states = [controller.step(_first(controller), y, r)[1] for r in (0.0, wish)]
+    plain, moved = (np.asarray(controller.step(state, y, 0.0)[0]) for state in states)
+    if np.allclose(moved - plain, -wish * design.dt * design.controller.F[:, -1], 1e-3, 1e-12):
+        return None
+    if np.allclose(moved, plain, rtol=0, atol=1e-12):
+        return "A reference never reaches your voltages: where is w, with w(n+1) = w + T_s (y_ref - y2)?"
+    return "A reference moves your voltages, but not by -F_w T_s y_ref a sample later: look at w again."
+
+
+def _unlimited(controller, rig):
+    """Whether the prediction is told more voltage than the motors get.
+
+    Such a controller is linear behind its first sample, however far off that is: a second reading
+    that undoes the first one for small angles then leaves no voltage at all.
+    """
+    zero, far, small, begin = np.zeros(4), np.array([0.5, 0, 0, 0]), 1e-6, _first(controller)
+
+    def after(first, second):
+        state = controller.step(begin, first, 0.0)[1]
+        return np.asarray(controller.step(state, second, 0.0)[0], dtype=float)
+
+    if np.any(np.abs(controller.step(begin, far, 0.0)[0]) > np.array(rig.u_max) + 1e-9):
+        return "step returns voltages beyond the limits; clip them to rig.u_max first."
+    memory = after(small * far, zero) / small
+    reading = np.column_stack([after(zero, small * unit) / small for unit in np.eye(4)])
+    undone = after(far, -np.linalg.lstsq(reading, memory, rcond=None)[0])
+    if np.all(np.abs(undone) < 1e-3 * np.array(rig.u_max)):
+        return "The prediction is told the voltage that you wanted; which one did the motor get?"
+    return None

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..._arguments import array
+from ..._arguments import array, found
 from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
 from ...design import Design
@@ -14,8 +14,8 @@ from ...observers import observer_family
 from ...parameters import Filters, Motor, Pendulum, load
 from ...sampled import sample
 from ...studies.controllability import recoverable_tilt
-from .acceptance import own_rig, unstable, verdict
-from .judging import Verdict, all_right, compare
+from .acceptance import alike, unstable
+from .judging import Verdict, all_right, compare, judged, not_callable, on
 
 PRICES, LIMITS, BUDGET = (3, 1), (12.0, 2.5), 5
 LEAST, MOST = 20, 240  # gear ratios to be had
@@ -30,7 +30,7 @@ def geared(motor, ratio):
 
 def tower(rig, motors, u_max):
     """Four links from the three of a triple; link 2 is there twice."""
-    low, middle, top = own_rig(rig).links
+    low, middle, top = rig.links
     m = len(motors)
     links = (low, middle, middle, top)
     return Pendulum(links, motors, Filters((20.0,) * m, (50.0,) * 5), u_max, name="four links")
@@ -44,43 +44,45 @@ def links_alone(rig):
     return np.asarray(M, dtype=float), np.asarray(P, dtype=float)
 
 
+@on("triple", who="your name")
+@judged
 def exercise_1(function, rig=None):
-    if not callable(function):
-        return Verdict(False, f"Expected your function geared, found {type(function).__name__}.")
-    for motor in own_rig(rig).motors:
+    yield not_callable(function, "your function geared(motor, ratio)")
+    for motor in rig.motors:
         for k in (0.5, 1.0, 2.0):
             ratio = k * motor.ratio
             mine, theirs = geared(motor, ratio), function(motor, ratio)
             if not isinstance(theirs, Motor):
-                return Verdict(False, f"geared must return a pl.Motor, found {theirs!r}."[:200])
+                yield f"geared must return a pl.Motor, found {theirs!r}."[:200]
             for name in ("gain", "inertia", "damping", "ratio"):
                 want, have = getattr(mine, name), getattr(theirs, name)
                 if not np.isclose(have, want, rtol=1e-6):
-                    return Verdict(
-                        False, f"At {k:g} times the ratio your {name} changes by a factor of "
+                    yield (
+                        f"At {k:g} times the ratio your {name} changes by a factor of "
                         f"{have / getattr(motor, name):.3g}; write down the energy or power that "
                         "it stands for, on both sides of the gearbox."
-                    )  # fmt: skip
-    return Verdict(True, "Gain by N, inertia and damping by N squared.")
+                    )
+    return "Gain by N, inertia and damping by N squared."
 
 
+@on("triple", who="your name")
+@judged
 def exercise_2(function, rig=None):
-    if not callable(function):
-        return Verdict(False, f"Expected your function, found {type(function).__name__}.")
-    triple = own_rig(rig)
+    yield not_callable(function, "your function mass_and_gravity(rig)")
+    triple = rig
     large, small = triple.motors
     cases = [load("double"), triple, tower(triple, [large, small], LIMITS)]
     for case in cases:
         truth = links_alone(case)
         answer = function(case)
         if not isinstance(answer, (tuple, list)) or len(answer) != 2:
-            return Verdict(False, "The function should return the pair (M, P).")
+            yield "The function should return the pair (M, P)."
         for name, want, have in zip("MP", truth, answer):
             have = array(name, have)
             judged = compare(name, have, want, _matrix_mistakes(case, name, want), 1e-9)
             if not judged:
-                return Verdict(False, f"With {case.n_links} links: {judged.message}")
-    return Verdict(True, "Both matrices agree for two, three and four links.")
+                yield f"With {case.n_links} links: {judged.message}"
+    return "Both matrices agree for two, three and four links."
 
 
 def _matrix_mistakes(rig, name, truth):
@@ -94,6 +96,7 @@ def _matrix_mistakes(rig, name, truth):
         yield np.diag(np.diag(truth)), "Links move each other: M is not diagonal."
 
 
+@on("triple", who="your name")
 def exercise_3(freedom, most, rig=None):
     """Free directions in each row of T for 1, 2, 3 motors; most motors with E = e I."""
     truth = [row_freedom(rig, m) for m in (1, 2, 3)]
@@ -122,20 +125,23 @@ def exercise_3(freedom, most, rig=None):
 
 def row_freedom(rig, m):
     """Dimension of the solutions (t, k) of one row, counted on a sampled tower."""
-    large, small = own_rig(rig).motors
+    large, small = rig.motors
     made = tower(rig, [large, small, small][:m], (*LIMITS, LIMITS[1])[:m])
     model = sample(linearize(made), 0.01)
     return observer_family(model, [0.1, 0.2, 0.3]).dimension // 3
 
 
+@on("triple", who="your name")
+@judged
 def exercise_4(mine, rig=None):
     if not isinstance(mine, Pendulum):
-        return Verdict(False, f"Expected your Pendulum, found {type(mine).__name__}.")
-    return verdict(_motor_shortfalls(mine, rig), lambda: f"Tilt {recoverable_tilt(mine):.3f} rad.")
+        yield f"Expected your Pendulum, {found(mine)}."
+    yield from _motor_shortfalls(mine, rig)
+    return f"Tilt {recoverable_tilt(mine):.3f} rad."
 
 
 def _motor_shortfalls(mine, rig):
-    large, small = own_rig(rig).motors
+    large, small = rig.motors
     price = 0
     for i, (motor, limit) in enumerate(zip(mine.motors, mine.u_max), 1):
         kind = _which(motor, large, small)
@@ -151,7 +157,7 @@ def _motor_shortfalls(mine, rig):
         price += PRICES[kind]
     if price > BUDGET:
         yield f"These motors cost {price}; the budget is {BUDGET}."
-    if mine != tower(rig, mine.motors, mine.u_max):
+    if not alike(mine, tower(rig, mine.motors, mine.u_max)):
         yield "Links, filters and g must stay those of tower(...)."
     tilt = recoverable_tilt(mine)
     if tilt < TILT:
@@ -173,25 +179,25 @@ def _which(motor, large, small):
     return None
 
 
+@on("triple", who="your name")
+@judged
 def exercise_5(design, rig=None):
-    def shortfalls():
-        if not isinstance(design, Design):
-            yield f"Expected a pl.Design, found {type(design).__name__}."
-        for shortfall in _motor_shortfalls(design.rig, rig):
-            yield f"The rig first (task 4): {shortfall}"
-        yield unstable(design.filtered_loop)
-        for i in range(design.rig.n_motors):
-            found = margins(design.loop(i, filters=True))
-            if found.modulus < MARGIN:
-                yield (
-                    f"With filters the modulus margin at input {i + 1} is {found.modulus:.3f}, "
-                    f"{MARGIN:g} is asked for; the curve is nearest to -1 at "
-                    f"{found.modulus_omega / (2 * np.pi):.1f} Hz. What in Q, R or E makes that "
-                    "loop so fast?"
-                )
-        yield stands(design)
-
-    return verdict(shortfalls(), lambda: "Four links stand, with margin, on three motors or fewer.")
+    if not isinstance(design, Design):
+        yield f"Expected a pl.Design, found {type(design).__name__}."
+    for shortfall in _motor_shortfalls(design.rig, rig):
+        yield f"The rig first (task 4): {shortfall}"
+    yield unstable(design.filtered_loop)
+    for i in range(design.rig.n_motors):
+        least = margins(design.loop(i, filters=True))
+        if least.modulus < MARGIN:
+            yield (
+                f"With filters the modulus margin at input {i + 1} is {least.modulus:.3f}, "
+                f"{MARGIN:g} is asked for; the curve is nearest to -1 at "
+                f"{least.modulus_omega / (2 * np.pi):.1f} Hz. What in Q, R or E makes that "
+                "loop so fast?"
+            )
+    yield stands(design)
+    return "Four links stand, with margin, on three motors or fewer."
 
 
 def stands(design):

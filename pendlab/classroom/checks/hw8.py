@@ -8,20 +8,21 @@ from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
 from ...design import Design
 from ...models import linearize, nonlinear
-from .acceptance import own_rig, small_margins, unstable, verdict, wrong_design
-from .judging import Verdict, all_right, compare
+from .acceptance import small_margins, unstable, wrong_design
+from .judging import all_right, compare, judged, on
 
 POSE = (0.1, -0.1)  # rad, theta2 - theta1 and theta3 - theta2
 STEPS = ((0.1, 0.0), (0.0, 0.1), (0.1, -0.1))
-BAND, SECONDS, CROSSTALK, MARGIN = 0.01, 3.0, 0.02, 0.45
+BAND, SECONDS, CROSSTALK, MARGIN = 0.01, 2.0, 0.0115, 0.45
 PERIOD, SWING = 12.0, 0.15  # s, rad: a wave of both attitudes
 LENGTH = 2 * PERIOD
 FOLLOWS = 0.03
 
 
+@on("triple", who="your name")
 def exercise_1(x, u, rig=None):
     """Equilibrium of the linear model with the two upper hinges bent."""
-    plant = linearize(own_rig(rig))
+    plant = linearize(rig)
     truth_x, truth_u = equilibrium(plant, POSE)
     if np.shape(x) == (3,):
         x = np.concatenate([x, np.zeros(3)])
@@ -48,29 +49,31 @@ def equilibrium(plant, pose):
     return both[:n], both[n:]
 
 
+@on("triple", who="your name")
+@judged
 def exercise_2(possible, rig=None):
     """Which sets of tracked outputs can be held: as a list of tuples."""
     from ...sampled import add_integrator, sample
 
-    model = sample(linearize(own_rig(rig)), 0.01)
+    model = sample(linearize(rig), 0.01)
     candidates = [(0,), (1,), (2,), (3,), (0, 1), (0, 2), (1, 2), (1, 3), (0, 1, 2)]
     truth = {pair for pair in candidates if _reaches(add_integrator(model, list(pair)))}
     try:
         found = {tuple(sorted(int(i) for i in np.atleast_1d(entry))) for entry in possible}
     except TypeError:
-        return Verdict(False, "Expected a list of tuples such as [(0,), (1, 2)].")
+        yield "Expected a list of tuples such as [(0,), (1, 2)]."
     for wrong in sorted(found - set(candidates)):
-        return Verdict(False, f"{wrong} was not among the candidates.")
+        yield f"{wrong} was not among the candidates."
     for wrong in sorted(found - truth):
         reason = (
             "a rate that is to stay at a value other than 0 never lets the pendulum rest"
             if 3 in wrong
             else "count what the motors can hold, and what gravity decides"
         )
-        return Verdict(False, f"{wrong} cannot be held: {reason}.")
+        yield f"{wrong} cannot be held: {reason}."
     if truth - found:
-        return Verdict(False, f"{len(truth - found)} more of the candidates can be held.")
-    return Verdict(True, "Two motors hold two angles, any two; gravity decides the third.")
+        yield f"{len(truth - found)} more of the candidates can be held."
+    return "Two motors hold two angles, any two; gravity decides the third."
 
 
 def _reaches(model):
@@ -92,30 +95,30 @@ def step_run(design, reference, seconds=15):
     return simulate(design.rig, design.controller, seconds, reference=rows, imperfections=bench)
 
 
+@on("triple", who="your name")
+@judged
 def exercise_3(design, rig=None):
-    def shortfalls():
-        yield from _linear_shortfalls(design, rig)
-        for step in STEPS:
-            run = step_run(design, step)
-            if run.fell:
-                yield f"On the way to {step} rad it falls after {run.fell_at:.2f} s."
-            error = np.abs(run.angles[:, 1:] - step)
-            late = error[run.t > SECONDS].max()
-            if late > BAND:
-                yield (
-                    f"On the way to {step} rad one of the attitudes is still {late:.3f} rad off "
-                    f"after {SECONDS:g} s; {BAND:g} is asked for. What in Q speaks about the "
-                    "integrators?"
-                )
-            other = [error[:, i].max() for i in (0, 1) if step[i] == 0.0]
-            if other and max(other) > CROSSTALK:
-                yield (
-                    f"At {step} rad the attitude that should stay moves by {max(other):.3f} rad, "
-                    f"{CROSSTALK:g} is allowed: the step hits both motors at once. Which weights "
-                    "hold the other one firmer?"
-                )
-
-    return verdict(shortfalls(), lambda: "Both attitudes, quick and apart.")
+    yield from _linear_shortfalls(design, rig)
+    for step in STEPS:
+        run = step_run(design, step)
+        if run.fell:
+            yield f"On the way to {step} rad it falls after {run.fell_at:.2f} s."
+        error = np.abs(run.angles[:, 1:] - step)
+        late = error[run.t > SECONDS].max()
+        if late > BAND:
+            yield (
+                f"On the way to {step} rad one of the attitudes is still {late:.3f} rad off "
+                f"after {SECONDS:g} s; {BAND:g} is asked for. What in Q speaks about the "
+                "integrators?"
+            )
+        other = [error[:, i].max() for i in (0, 1) if step[i] == 0.0]
+        if other and max(other) > CROSSTALK:
+            yield (
+                f"At {step} rad the attitude that should stay moves by {max(other):.4f} rad, "
+                f"{CROSSTALK:g} is allowed: the step hits both motors at once. Which weights "
+                "hold the other one firmer?"
+            )
+    return "Both attitudes, quick and apart."
 
 
 def _linear_shortfalls(design, rig):
@@ -126,10 +129,11 @@ def _linear_shortfalls(design, rig):
     yield small_margins(design, (MARGIN, MARGIN))
 
 
+@on("triple", who="your name")
 def exercise_4(pose, rig=None):
     """Straight forward: the equilibrium of the nonlinear model for a deep bow."""
-    rig = own_rig(rig)
-    pose = array("pose", pose, (3,))
+    pose = array("pose", pose)
+    pose = pose[:3] if pose.shape == (6,) else pose
     truth = bow(rig)
     return compare(
         "pose",
@@ -164,24 +168,23 @@ def wave(t):
     )
 
 
+@on("triple", who="your name")
+@judged
 def exercise_5(design, reference, rig=None):
     """Follow a wave: error of both attitudes, with a reference of the student's own making."""
-    rig_ = own_rig(rig)
     t = design.dt * np.arange(round(LENGTH / design.dt) + 1) if isinstance(design, Design) else 0
 
-    def shortfalls():
-        yield from _linear_shortfalls(design, rig)
-        rows = array("reference", reference, (len(t), 2))
-        bench = Imperfections(filters=True, saturation=True)
-        run = simulate(rig_, design.controller, LENGTH, reference=rows, imperfections=bench)
-        if run.fell:
-            yield f"It falls after {run.fell_at:.2f} s."
-        error = np.abs(run.angles[:, 1:] - wave(t))[t > PERIOD].max()
-        if error > FOLLOWS:
-            yield (
-                f"In the second round the attitudes are up to {error:.3f} rad off the wave, "
-                f"{FOLLOWS:g} is asked for. They come late: either a faster loop, or a reference "
-                "that is early."
-            )
-
-    return verdict(shortfalls(), lambda: "It dances in time.")
+    yield from _linear_shortfalls(design, rig)
+    rows = array("reference", reference, (len(t), 2))
+    bench = Imperfections(filters=True, saturation=True)
+    run = simulate(rig, design.controller, LENGTH, reference=rows, imperfections=bench)
+    if run.fell:
+        yield f"It falls after {run.fell_at:.2f} s."
+    error = np.abs(run.angles[:, 1:] - wave(t))[t > PERIOD].max()
+    if error > FOLLOWS:
+        yield (
+            f"In the second round the attitudes are up to {error:.3f} rad off the wave, "
+            f"{FOLLOWS:g} is asked for. They come late: either a faster loop, or a reference "
+            "that is early."
+        )
+    return "It dances in time."

@@ -4,15 +4,18 @@ import numpy as np
 
 from ...bench.imperfections import bench_start
 from ...bench.simulation import simulate
+from ...controllers import Controller
+from ...loop import margins, open_loop
+from ...models import linearize, with_filters
 from ...paper.designs import paper_design
-from ...parameters import load
+from ...sampled import sample
 from ..contest import contest, play, points, rounds
 from ..own_rig import my_rig
-from .judging import Verdict, compare
+from .judging import compare, judged, not_callable, on
 
 REST = 0.005  # rad
 BALANCED, SETTLED = 5.0, 4.0  # s
-AHEAD = 3.0  # points above the paper's controller
+AHEAD, STRANGERS = 5.5, 9.0  # points above the paper's controller, here and on other pendulums
 OTHERS = ("first neighbour", "second neighbour", "third neighbour")
 
 
@@ -20,43 +23,61 @@ def papers(rig):
     return paper_design("double").controller
 
 
-def not_callable(make):
-    if not callable(make):
-        return Verdict(False, f"Expected your class, found {type(make).__name__}.")
-    return None
-
-
+@on("double")
+@judged
 def exercise_1(make, rig=None):
-    """The smallest controller: the interface, and five seconds on the ideal rig."""
-    rig = load("double") if rig is None else rig
-    wrong = not_callable(make)
-    if wrong:
-        return wrong
+    """The smallest controller: the interface, a correction, and five seconds on the ideal rig."""
+    yield not_callable(make, "your class")
     controller = make(rig)
     y = np.array([0.01, -0.02, 0.0])
-    start = getattr(controller, "start", None)
-    x0 = np.array([*y[:2], 0.0, 0.0])
-    begin = start(x0) if start is not None else None
+    begin = _begin(controller, np.array([*y[:2], 0.0, 0.0]))
     first = _voltage(controller, begin, y)
     controller.step(begin, y + 0.01, 0.0)
     if first != _voltage(controller, begin, y):
-        return Verdict(
-            False, "Equal calls of step gave different voltages: keep what must be remembered in the "
-            "state that step returns, not in self."
-        )  # fmt: skip
+        yield (
+            "Equal calls of step gave different voltages: keep what must be remembered in the state "
+            "that step returns, not in self."
+        )
     run = simulate(rig, controller, BALANCED, initial=bench_start(rig))
     if run.fell:
         late = "sign of u = -F x?" if run.fell_at < 1 else "rates: are they in rad/s?"
-        return Verdict(
-            False, f"On the ideal rig it falls after {run.fell_at:.2f} s. Check the {late}"
-        )
+        yield f"On the ideal rig it falls after {run.fell_at:.2f} s. Check the {late}"
     left = np.abs(run.angles[run.t > SETTLED]).max()
     if left > REST:
-        return Verdict(
-            False, f"It stays up, but after {SETTLED:g} s is still {left:.3f} rad away; {REST:g} is asked for. "
-            "Which weights bring back the slow lean of the whole pendulum?"
-        )  # fmt: skip
-    return Verdict(True, "The bench takes it.")
+        yield (
+            f"It stays up, but after {SETTLED:g} s is still {left:.3f} rad away; {REST:g} is asked "
+            "for. Which weights bring back the slow lean of the whole pendulum?"
+        )
+    if _never_corrects(make(rig), rig):
+        yield (
+            "It balances because the model of the ideal rig is perfect: your fourth rate is the "
+            "model's alone. Let the reading of theta2 - theta1 correct it."
+        )
+    return "The bench takes it."
+
+
+def _begin(controller, x0):
+    start = getattr(controller, "start", None)
+    return None if start is None else start(x0)
+
+
+def _never_corrects(controller, rig, step=1e-4):
+    """Whether the fourth rate follows from the model alone.
+
+    The reading of theta2 - theta1 jumps at the second sample and stays. Without a correction the
+    voltages there and after one more sample give away F, and with it the next voltage.
+    """
+    model, y = sample(linearize(rig), controller.dt), step * np.array([0.0, 1.0, 0.0])
+    _, state = controller.step(_begin(controller, np.zeros(4)), 0 * y, 0.0)
+    volts = []
+    for _ in range(3):
+        u, state = controller.step(state, y, 0.0)
+        volts.append(np.asarray(u, dtype=float).ravel()[0])
+    A, B = model.A[3], model.B[3, 0]
+    rate = A[1] * step + B * volts[0]
+    after = A[1] * step + A[3] * rate + B * volts[1]
+    foretold = volts[0] + (volts[1] - volts[0]) * after / rate
+    return bool(np.isclose(volts[2], foretold, rtol=1e-6, atol=0))
 
 
 def _voltage(controller, state, y):
@@ -67,12 +88,11 @@ def _voltage(controller, state, y):
     return float(u[0])
 
 
+@on("double")
+@judged
 def exercise_2(function, rig=None):
     """The formula of the score, on runs that stand and on one that falls."""
-    wrong = not_callable(function)
-    if wrong:
-        return wrong
-    rig = load("double") if rig is None else rig
+    yield not_callable(function, "your function points(run)")
     tasks = rounds(rig)
     controller = papers(rig)
     fallen = simulate(rig, controller, 8.0, initial=[0.6, 0.3])
@@ -81,65 +101,85 @@ def exercise_2(function, rig=None):
         ("the last round", play(controller, rig, tasks[-1])),
         ("a run that falls", fallen),
     ):
-        truth, found = points(run), function(run)
-        mistakes = []
-        if not run.fell:
-            angles = np.sqrt(np.mean(run.angles**2)) / 0.05
-            volts = np.sqrt(np.mean(run.u**2))
-            mistakes = [
-                (50 + 50 / (1 + angles + volts), "Voltages count in units of u_max."),
-                (50 + 50 / (1 + angles), "The voltages are missing."),
-                (50 + 50 / (1 + np.std(run.angles) / 0.05 + volts / rig.u_max[0]), "RMS, not the "
-                 "standard deviation: an angle that is constantly wrong counts too."),
-            ]  # fmt: skip
-        judged = compare(f"points of {name}", found, truth, mistakes, 1e-6)
-        if not judged:
-            return judged
-    return Verdict(True, "You know what you play for.")
+        angles = np.sqrt(np.mean(run.angles**2)) / 0.05
+        volts = np.sqrt(np.mean(run.u**2))
+        deviation = np.std(run.angles) / 0.05
+        mistakes = [] if run.fell else [
+            (50 + 50 / (1 + angles + volts), "Voltages count in units of u_max."),
+            (50 + 50 / (1 + angles), "The voltages are missing."),
+            (50 + 50 / (1 + deviation + volts / rig.u_max[0]), "RMS, not the standard deviation: an "
+             "angle that is constantly wrong counts too."),
+        ]  # fmt: skip
+        yield compare(f"points of {name}", function(run), points(run), mistakes, 1e-6)
+    return "You know what you play for."
 
 
+@on("double")
+@judged
 def exercise_3(make, season=1, rig=None):
-    """The contest: three points above the paper's controller."""
-    wrong = not_callable(make)
-    if wrong:
-        return wrong
+    """The contest: so many points above the paper's controller."""
+    yield not_callable(make, "your class")
     score = contest(make, rig, season)
     if score.reason:
-        return Verdict(False, f"Score 0: {score.reason}")
+        yield f"Score 0: {score.reason}"
     needed = contest(papers, rig, season).total + AHEAD
     if score.total < needed:
         falls = f" It falls in {score.falls} of 8 rounds." if score.falls else ""
         worst = int(np.argmin([entry.points for entry in score.rounds]))
-        return Verdict(
-            False, f"Your score is {score.total:.1f}, {needed:.1f} is asked for.{falls} The worst "
-            f"round is number {worst + 1}: look at its run, and at whether angles or volts cost "
-            "more there."
-        )  # fmt: skip
-    return Verdict(True, f"Your score is about {score.total:.0f}.")
+        yield (
+            f"Your score is {score.total:.1f}, {needed:.1f} is asked for.{falls} The worst round is "
+            f"number {worst + 1}: look at its run, and at whether angles or volts cost more there."
+        )
+    return f"Your score is about {score.total:.0f}."
 
 
-def exercise_4(make, season=1, rig=None):
+@on("double")
+@judged
+def exercise_4(make, season=1, least_margin=None, rig=None):
     """Robust: on pendulums that the controller is not told about, in the season after."""
-    wrong = not_callable(make)
-    if wrong:
-        return wrong
+    yield not_callable(make, "your class")
+    yield _wrong_margin(least_margin, make(rig), rig)
     neighbours = [dict(rig=rig, season=season + 1, plant=my_rig(who)) for who in OTHERS]
     mine = [contest(make, **neighbour) for neighbour in neighbours]
     for score in mine:
         if score.reason:
-            return Verdict(False, f"On a neighbour's pendulum: {score.reason}")
+            yield f"On a neighbour's pendulum: {score.reason}"
     theirs = [contest(papers, **neighbour) for neighbour in neighbours]
     falls, allowed = (sum(score.falls for score in scores) for scores in (mine, theirs))
     if falls > allowed:
-        return Verdict(
-            False, f"On the neighbours' pendulums it falls in {falls} of {8 * len(mine)} rounds, more "
+        yield (
+            f"On the neighbours' pendulums it falls in {falls} of {8 * len(mine)} rounds, more "
             "often than the paper's controller. How large is your modulus margin with filters, and "
             "what does a hard push do to your voltage?"
-        )  # fmt: skip
+        )
     ahead = np.mean([m.total for m in mine]) - np.mean([t.total for t in theirs])
-    if ahead < AHEAD:
-        return Verdict(
-            False, f"On the neighbours' pendulums it is {ahead:+.1f} points from the paper's, "
-            f"{AHEAD:+.0f} is asked for: what in it knows one pendulum or one season by heart?"
-        )  # fmt: skip
-    return Verdict(True, "It holds for pendulums and pushes that it had not seen.")
+    if ahead < STRANGERS:
+        yield (
+            f"On the neighbours' pendulums it is {ahead:+.1f} points from the paper's, "
+            f"{STRANGERS:+.0f} is asked for: what in it knows one pendulum or one season by heart?"
+        )
+    return "It holds for pendulums and pushes that it had not seen."
+
+
+def _wrong_margin(answer, controller, rig):
+    """A verdict on the modulus margin with filters of the package's controller inside, if any."""
+    inside = [part for part in vars(controller).values() if isinstance(part, Controller)]
+    inside = [controller] if isinstance(controller, Controller) else inside
+    if not inside:
+        return None  # all of it is the student's own: only they know what is linear in it
+    if answer is None:
+        return "Your class wraps a controller of the package: least_margin is its modulus margin."
+    plant = linearize(rig)
+    real, ideal = (
+        sample(with_filters(plant, rig.filters), controller.dt),
+        sample(plant, controller.dt),
+    )
+    found, without = (margins(open_loop(inside[0], model)) for model in (real, ideal))
+    down = (found.gain_up, "That is a gain margin; the modulus margin is the distance from -1.")
+    return compare(
+        "least_margin",
+        answer,
+        found.modulus,
+        [(without.modulus, "That is without filters; put them in."), down],
+        tolerance=1e-2,  # two digits
+    )

@@ -1,11 +1,13 @@
 """How an answer is judged: against the truth, and against what usual mistakes would have given."""
 
 from dataclasses import dataclass, replace
+from functools import wraps
 
 import numpy as np
 
-from ..._arguments import array
+from ..._arguments import array, found
 from ...parameters import load
+from ..own_rig import my_rig
 
 WORDS = {True: ("✓", "Right"), False: ("…", "Not yet"), None: ("…", "Not answered yet")}
 
@@ -42,12 +44,15 @@ def compare(
     answer,
     truth,
     mistakes=(),
-    tolerance=1e-3,
+    tolerance=5e-3,
     *,
     praise="That is what we find too.",
     apart=False,
+    each=False,
 ):
     """Judge numbers: within `tolerance` (relative to the largest entry) of the truth or not.
+
+    The default accepts what is copied with three digits.
 
     Parameters
     ----------
@@ -56,22 +61,23 @@ def compare(
     mistakes : (value, hint) pairs, what a particular mistake would have given; the usual ones
         (sign, degrees, hertz, transposed, reciprocal, reversed order) are always tried
     apart : the entries are answers of their own, and each that is right earns its share
+    each : the tolerance is relative to each entry, where units differ
 
     Returns
     -------
     Verdict
     """
     try:
-        verdict = _compare(name, answer, truth, mistakes, tolerance, praise)
+        verdict = _compare(name, answer, truth, mistakes, tolerance, praise, each)
     except (ValueError, TypeError) as problem:
         return Verdict(False, f"This answer cannot be checked: {problem}")
     if not apart or verdict or np.shape(answer) != np.shape(truth):
         return verdict
-    each = [close(a, t, tolerance) for a, t in zip(np.ravel(answer), np.ravel(truth))]
-    return replace(verdict, share=float(np.mean(each)))
+    right = [close(a, t, tolerance) for a, t in zip(np.ravel(answer), np.ravel(truth))]
+    return replace(verdict, share=float(np.mean(right)))
 
 
-def _compare(name, answer, truth, mistakes, tolerance, praise):
+def _compare(name, answer, truth, mistakes, tolerance, praise, each):
     if answer is None or answer is ...:
         return Verdict(False, f"{name} is {answer}: it has no value yet.")
     truth = np.asarray(truth, dtype=complex if np.iscomplexobj(truth) else float)
@@ -86,16 +92,17 @@ def _compare(name, answer, truth, mistakes, tolerance, praise):
     )
     if not np.all(np.isfinite(answer)):
         return Verdict(False, f"{name} holds nan or inf; something was divided by zero on the way.")
-    if answer.shape == truth.shape and close(answer, truth, tolerance):
+    if answer.shape == truth.shape and close(answer, truth, tolerance, each):
         return Verdict(True, praise)
     for value, hint in [*mistakes, *usual_mistakes(name, truth)]:
         value = np.asarray(value)
-        if answer.shape == value.shape and close(answer, value, tolerance):
+        if answer.shape == value.shape and close(answer, value, tolerance, each):
             return Verdict(False, hint)
     if answer.shape != truth.shape:
         return Verdict(False, f"{name} should have shape {truth.shape}, yours has {answer.shape}.")
     if answer.size > 1:
-        wrong = int(np.argmax(np.abs(answer - truth).ravel()))
+        off = np.abs(answer - truth) / (np.abs(truth) + 1e-12 if each else 1)
+        wrong = int(np.argmax(off.ravel()))
         place = tuple(int(i) for i in np.unravel_index(wrong, truth.shape))
         return Verdict(False, f"{name}: look again at entry {place}, where yours is furthest off.")
     answer, truth = answer.ravel()[0], truth.ravel()[0]
@@ -106,12 +113,12 @@ def _compare(name, answer, truth, mistakes, tolerance, praise):
     return Verdict(False, f"{name} is too {size}.")
 
 
-def close(answer, truth, tolerance):
-    """Within `tolerance` of the truth, relative to its largest entry; never of what is not finite."""
+def close(answer, truth, tolerance, each=False):
+    """Within `tolerance` of the truth, relative to its largest (or each) entry; never of infinity."""
     if not np.all(np.isfinite(truth)):
         return False
-    scale = np.max(np.abs(truth)) if np.size(truth) else 0.0
-    return bool(np.all(np.abs(answer - truth) <= tolerance * max(scale, 1e-12)))
+    scale = np.abs(truth) if each else np.max(np.abs(truth), initial=0)
+    return bool(np.all(np.abs(answer - truth) <= tolerance * np.maximum(scale, 1e-12)))
 
 
 def usual_mistakes(name, truth):
@@ -131,15 +138,62 @@ def usual_mistakes(name, truth):
         yield truth[::-1], f"{name} holds the right numbers in the opposite order."
 
 
-def not_own(rig, call):
-    """A verdict on the paper's rig, or none, where the student's own is asked for; else None."""
-    if rig is None:
-        return Verdict(False, f"Pass your own rig along: {call}.")
-    if rig in [load(name) for name in ("double", "triple")]:
-        return Verdict(
-            False, 'That is the paper\'s rig; make your own with pl.my_rig("your name").'
-        )
-    return None
+def on(base, own=None, who=None):
+    """Decorate a check with the rig that it is about.
+
+    Parameters
+    ----------
+    base : "double" or "triple"; the paper's rig of this name where none is passed
+    own : how the check is called, where the student's own rig is asked for; then the paper's, or
+        none, gives a verdict
+    who : name of the student whose rig is taken where none is passed, and the paper's gives a
+        verdict
+    """
+
+    def decorate(function):
+        @wraps(function)
+        def check(*answer, rig=None):
+            if rig is None and own:
+                return Verdict(False, f"Pass your own rig along: pl.check({own}).")
+            if (own or who) and rig in [load(name) for name in ("double", "triple")]:
+                return Verdict(
+                    False, 'That is the paper\'s rig; make your own with pl.my_rig("your name").'
+                )
+            if rig is None:
+                rig = my_rig(who, base) if who else load(base)
+            return function(*answer, rig=rig)
+
+        return check
+
+    return decorate
+
+
+def judged(function):
+    """Decorate a check that yields what is wrong and returns its praise.
+
+    It yields sentences, verdicts, or None where nothing is wrong; the first that is wrong is the
+    hint, and what comes after it, which may need a stable loop, is not computed.
+    """
+
+    @wraps(function)
+    def check(*answer, **rig):
+        steps = function(*answer, **rig)
+        try:
+            while True:
+                wrong = next(steps)
+                if isinstance(wrong, str):
+                    return Verdict(False, wrong)
+                if wrong is not None and not wrong:
+                    return wrong
+        except StopIteration as end:
+            return Verdict(True, end.value)
+
+    return check
+
+
+def not_callable(answer, wanted):
+    """A sentence where the answer is no function."""
+    return None if callable(answer) else f"Expected {wanted}, {found(answer)}."
 
 
 def all_right(*verdicts):

@@ -4,12 +4,12 @@ import numpy as np
 
 from ...models import linearize
 from ...parameters import load
-from .judging import compare, not_own
+from .judging import compare, on
 
 
+@on("triple")
 def exercise_1(answer, rig=None):
     """How many states the linear model of a rig has."""
-    rig = load("triple") if rig is None else rig
     truth = linearize(rig).nstates
     return compare(
         "The number of states",
@@ -22,22 +22,27 @@ def exercise_1(answer, rig=None):
             ),
             (
                 rig.n_links + 1,
-                "That is the number of measured outputs; states are angles and rates.",
+                "Four are the measured outputs, and the states of the double; here there are three links.",
             ),
         ],
         praise="One angle and one rate for each link.",
     )
 
 
+@on("double")
 def exercise_2(answer, rig=None):
     """Time in which a falling pendulum's deviation doubles, s."""
-    rig = load("double") if rig is None else rig
     fastest = np.linalg.eigvals(linearize(rig).A).real.max()
     return compare(
         "The doubling time",
         answer,
         np.log(2) / fastest,
         [
+            (fastest, "That is the eigenvalue itself, in 1/s; solve e^(s t) = 2 for t."),
+            (
+                np.log(2) / np.linalg.eigvals(linearize(load("triple")).A).real.max(),
+                "That is the triple; the double is asked for.",
+            ),
             (1 / fastest, "In that time it grows by a factor e; doubling is less."),
             (2 / fastest, "Growth is exponential, not linear."),
             (np.log10(2) / fastest, "The exponential has base e: take the natural logarithm."),
@@ -50,11 +55,9 @@ def exercise_2(answer, rig=None):
     )
 
 
+@on("double", own="'00.3', mass, rig=rig")
 def exercise_3(answer, rig=None):
     """Mass of all links, kg."""
-    wrong = not_own(rig, "pl.check('00.3', mass, rig=rig)")
-    if wrong:
-        return wrong
     total = sum(link.mass for link in rig.links)
     return compare(
         "The mass",

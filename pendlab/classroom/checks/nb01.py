@@ -5,7 +5,6 @@ from scipy.optimize import brentq
 
 from ...models import equations, linearize
 from ...paper.ledger import published
-from ...parameters import load
 from ...sampled import sample
 from ...studies.controllability import (
     distance_to_uncontrollability,
@@ -13,16 +12,14 @@ from ...studies.controllability import (
     recoverable_tilt,
     with_bar,
 )
-from .judging import choose, compare, not_own
+from .judging import choose, compare, on
 
 TS = 0.01
 
 
+@on("double", own="'01.1', samples, rig=rig")
 def exercise_1(answer, rig=None):
     """Samples of 10 ms in which the fastest fall doubles."""
-    wrong = not_own(rig, "pl.check('01.1', samples, rig=rig)")
-    if wrong:
-        return wrong
     s = np.sort(np.linalg.eigvals(linearize(rig).A).real)
     truth = np.log(2) / s[-1] / TS
     return compare(
@@ -39,9 +36,10 @@ def exercise_1(answer, rig=None):
     )
 
 
+@on("double")
 def exercise_2(answer, rig=None):
     """Which way the upper link must turn first, relative to the lower one, from a forward lean."""
-    A1, A2, M1, M2 = _straight_fall(load("double") if rig is None else rig)
+    A1, A2, M1, M2 = _straight_fall(rig)
     truth = "forwards" if M1 / A1 > M2 / A2 else "backwards"
     hint = (
         "Without torque from the floor the two links turn against each other. Work out which of "
@@ -52,11 +50,9 @@ def exercise_2(answer, rig=None):
     )
 
 
+@on("double", own="'01.3', d, rig=rig")
 def exercise_3(answer, rig=None):
     """Distance to uncontrollability in units of 0.1 rad, 0.2 s and u_max."""
-    wrong = not_own(rig, "pl.check('01.3', d, rig=rig)")
-    if wrong:
-        return wrong
     plant = linearize(rig)
     A, B = in_units(plant, 0.1, 0.2, rig.u_max)
     sampled = sample(plant, TS)
@@ -87,9 +83,9 @@ def exercise_3(answer, rig=None):
     )
 
 
+@on("double")
 def exercise_4(answer, rig=None):
     """Added inertia on link 1 with which the double cannot be stabilised."""
-    rig = load("double") if rig is None else rig
     M, N, P = _matrices(rig)
     A1, A2, M1, M2 = _straight_fall(rig)
     s = np.sqrt(-P[1].sum() / M[1].sum())
@@ -116,9 +112,9 @@ def exercise_4(answer, rig=None):
     )
 
 
+@on("double")
 def exercise_5(answer, rig=None):
     """Length (m) from which a tube across the upper link lets more tilt be caught."""
-    rig = load("double") if rig is None else rig
     line = float(published("sec2.tube_mass").values)
     hint = "A uniform tube of length b has mass 0.343 b and inertia (mass) b^2/12; pass both."
     weightless = lambda b: with_bar(rig, rig.n_links, line * b**3 / 12)  # noqa: E731

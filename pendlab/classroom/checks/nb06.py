@@ -6,10 +6,9 @@ from scipy.optimize import brentq
 from ...loop import closed_loop_eigenvalues, frequency_grid, frequency_response, margins
 from ...models import equations
 from ...paper.designs import paper_design
-from ...parameters import load
 from ...studies.structured import structured_margin
 from ...studies.transmission import closed_loop, peak_gain, rms
-from .judging import compare
+from .judging import compare, on
 
 
 def exercise_1(answer, rig=None):
@@ -59,9 +58,9 @@ def exercise_2(answer, rig=None):
     )
 
 
+@on("triple")
 def exercise_3(answer, rig=None):
     """Lean of link 1 (rad) that balances relative angles of 0.3 rad at both upper hinges."""
-    rig = load("triple") if rig is None else rig
     motion, values = equations(rig)
     P = np.asarray(motion.linear(*values)[3], dtype=float)
     moments = -np.diag(P) / rig.g

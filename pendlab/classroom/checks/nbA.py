@@ -7,7 +7,7 @@ import numpy as np
 from ...lagrange import derive
 from ...models import linearize
 from ...parameters import load
-from .judging import all_right, compare
+from .judging import all_right, compare, on
 from .symbolic import compare_formula
 
 
@@ -114,12 +114,12 @@ def exercise_2(M_belt=None, H_belt=None, rig=None):
     )
 
 
+@on("double")
 def exercise_3(P_hanging=None, unstable_hanging=None, rig=None):
     """Stiffness about hanging straight down, and the number of unstable eigenvalues there.
 
     Hanging is standing upright where gravity points up: g changes its sign and nothing else does.
     """
-    rig = load("double") if rig is None else rig
     motion = derive(2, 1)
     g = motion.parameters["g"]
     P = motion.P.subs(g, -g)
@@ -163,9 +163,9 @@ def exercise_4(unstable_four, rig=None):
     )
 
 
+@on("double", own="'A.5', slow_half, rig=own")
 def exercise_5(slow_half, rig=None):
     """Slow unstable eigenvalue of a double whose gearbox has half the ratio, 1/s."""
-    rig = load("double") if rig is None else rig
     half = {"gain": 2, "inertia": 4, "damping": 4}
     truth, fast = _unstable(_geared(rig, half))
     advice = "Torque goes with the ratio, reflected inertia and drag go with its square."

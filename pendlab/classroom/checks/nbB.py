@@ -10,7 +10,7 @@ from ...models import linearize, with_filters
 from ...observers import luenberger, observer_family
 from ...parameters import load
 from ...sampled import sample
-from .judging import Verdict, compare
+from .judging import Verdict, compare, on
 from .symbolic import agree, evaluate, is_product_sum
 
 TS = 0.01
@@ -101,7 +101,13 @@ def exercise_2(R_rules=None, gap=None, rig=None):
         return Verdict(False, f"With numbers in place of the symbols your {number} rule is wrong.")
     if not (any(o[-1] == "R" for o in orders) and any(o[0] == "R" for o in orders)):
         return Verdict(False, "True, but one-sided: R cancels from the left and from the right.")
-    if gap is None or gap != 0:
+    if gap is None or gap is ...:
+        return Verdict(
+            False,
+            "The rules are right. gap, what `reduce` leaves of (I + XY)(I - XRY) - I, is missing.",
+            share=2 / 3,
+        )
+    if gap != 0:
         return Verdict(
             False,
             "The rules define an inverse. With them (I + XY)(I - XRY) - I reduces to zero, where R "
@@ -183,9 +189,9 @@ def exercise_4(controller_pole, rig=None):
     )
 
 
+@on("double")
 def exercise_5(with_filters_, rig=None):
     """Smallest |1 + P G_f| over frequency with the filters of Table 5, for the five members."""
-    rig = load("double") if rig is None else rig
     F, model, members, omega = _double()
     filtered = sample(with_filters(linearize(rig), rig.filters), TS)
 
