@@ -58,6 +58,11 @@ def belt():
     return M + sp.diag(0, rotor), sp.Matrix([0, -G])
 
 
+def triple_floor():
+    poles = np.abs(np.linalg.eigvals(model("triple").A))
+    return np.exp(np.log(poles[poles > 1]).sum())
+
+
 def four_digits(value):
     return float(f"{value:.4g}")
 
@@ -622,6 +627,8 @@ RIGHT = {
     "04.4": lambda: (kp_low(),),
     "04.5": lambda: ((1, 0, 2),),
     "04.6": lambda: (10 * upper_margin(),),
+    "04.7": lambda: (10,),
+    "04.8": lambda: ((triple_floor(), triple_floor() ** (50 / 10.26)),),
     "05.1": lambda: ([0.0, 0.0],),
     "05.2": lambda: (reweighted(100),),
     "05.3": lambda: (("no", "yes"),),
@@ -802,6 +809,11 @@ WRONG = {
         (lambda: (("opposite", "opposite"),), "signs of both"),
         (lambda: (("same", "same"),), "16c"),
         (lambda: (("same",),), "Two words"),
+    ],
+    "04.7": [(lambda: (0.1,), "more"), (lambda: (1e4,), "less")],
+    "04.8": [
+        (lambda: ((triple_floor() ** (50 / 10.26), triple_floor()),), "other way round"),
+        (lambda: ((np.log(triple_floor()), triple_floor() ** (50 / 10.26)),), "logarithms"),
     ],
     "03.6": [
         (lambda: (0, 0.2), "which c puts it there"),
