@@ -87,14 +87,18 @@ def prepared(system):
 def open_loop(controller, plant):
     """P(z) G(z), loops broken at all m plant inputs, as one m x m control.StateSpace.
 
-    `controller` is a pl.Controller (u = -P y) and `plant` a sampled model with the same dt.
+    `controller` is a pl.Controller (u = -P y) or, for one of one's own, its control.StateSpace from
+    the readings to the voltages; `plant` a sampled model with the same dt.
 
     >>> from pendlab import paper_design
     >>> design = paper_design("double")
     >>> open_loop(design.controller, design.model).nstates  # plant 4, observer 1, integrator 1
     6
     """
-    system = instance("controller", controller, Controller).system
+    if isinstance(controller, control.StateSpace):
+        system = state_space("controller", controller, sampled=True)
+    else:
+        system = instance("controller", controller, Controller).system
     if not np.isclose(state_space("plant", plant).dt, system.dt):
         raise ValueError(
             f"plant: expected one sampled at the controller's {system.dt} s, found dt = "

@@ -1,15 +1,18 @@
 """The four ways in which students extend the package, each gone once, with the worked example's code."""
 
 import inspect
+import os
 import re
+import shutil
+import subprocess
+import sys
 from dataclasses import fields, replace
 
+import control
 import nbformat
 import numpy as np
 import pytest
-from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
-from refresh_notebooks import ROOT, refresh
-from test_notebooks import problems
+from refresh_notebooks import ROOT
 
 import pendlab as pl
 from pendlab import parameters
@@ -22,9 +25,14 @@ from pendlab.classroom.editions import student
 def example():
     """What the cells of notebooks/extending.ipynb define: LIGHT, Differences, Drifting."""
     notebook = nbformat.read(ROOT / "notebooks/extending.ipynb", as_version=4)
-    names = {"np": np, "pl": pl}
+    names = {"np": np, "pl": pl, "control": control}
     for cell in notebook.cells:
-        if cell.id in ("ext-rig-file", "ext-controller-class", "ext-imperfection-class"):
+        if cell.id in (
+            "ext-rig-file",
+            "ext-controller-class",
+            "ext-controller-system",
+            "ext-imperfection-class",
+        ):
             exec(cell.source, names)
     return names
 
@@ -110,6 +118,24 @@ def test_own_controller_does_what_the_same_equations_do_in_the_package(double_de
     known = pl.simulate(rig, double_design.controller, 1.0, **case)
     np.testing.assert_allclose(own.u, known.u, atol=1e-9)
     np.testing.assert_allclose(own.angles, known.angles, atol=1e-9)
+
+
+def test_own_controller_as_a_system_is_what_it_does_step_by_step(example, double_design):
+    """The four matrices of the worked example against its `step`, and margins from `open_loop`."""
+    F, dt = double_design.F, double_design.dt
+    controller, system = example["Differences"](F, dt, (np.inf,)), example["as_system"](F, dt)
+    state, x, rng = (0.0, 0.0), np.zeros(2), np.random.default_rng(0)
+    for _ in range(20):
+        y = rng.standard_normal(3)
+        u, state = controller.step(state, y, 0.0)
+        np.testing.assert_allclose(u, system.C @ x + system.D @ y)
+        x = system.A @ x + system.B @ y
+    ours = pl.open_loop(double_design.controller.system, double_design.filtered)
+    known = pl.open_loop(double_design.controller, double_design.filtered)
+    np.testing.assert_allclose(ours.A, known.A)
+    np.testing.assert_allclose(ours.C, known.C)
+    with pytest.raises(ValueError, match="controller"):
+        pl.open_loop(double_design.plant, double_design.filtered)
 
 
 def test_own_controller_keeps_no_state_between_runs(example, double_design):
@@ -228,55 +254,74 @@ def test_imperfection_is_documented_and_off_at_zero(field):
     assert field.name in describes_another or not field.default
 
 
-# ---- A notebook: stored by the one command, passed by the audit
+# ---- From outside: a copy of the repository with a rig and a notebook more, tried by the one command
 
 
-def small_notebook():
-    """Title, eight short cells and one exercise with a check that the package has."""
-    cells = [
-        new_markdown_cell("# My pendulum\n\n[Start](00_start_here.ipynb)", id="07-title"),
-        new_code_cell("import numpy as np\n\nimport pendlab as pl", id="07-imports"),
-        new_code_cell('rig = pl.my_rig("Ada")\nplant = pl.linearize(rig)', id="07-rig"),
-    ]
-    for k, expression in enumerate(
-        ("rig.n_links", "rig.n_motors", "plant.nstates", "plant.ninputs", "plant.noutputs", "rig.g",
-         "bool(np.linalg.eigvals(plant.A).real.max() > 0)")
-    ):  # fmt: skip
-        cells.append(new_code_cell(expression, id=f"07-beat-{k}"))
-    return new_notebook(
-        cells=[
-            *cells,
-            new_markdown_cell(
-                "### Exercise 1: states (3 min)",
-                id="07-ex1-task",
-                metadata={"tags": ["exercise"], "pendlab": {"exercise": "07.1", "points": 2}},
-            ),
-            new_code_cell(
-                '### BEGIN SOLUTION\nstates = pl.linearize(pl.load("triple")).nstates\n### END SOLUTION',
-                id="07-ex1-solution",
-                metadata={"tags": ["solution"]},
-            ),
-            new_code_cell(
-                'pl.check("00.1", states)', id="07-ex1-check", metadata={"tags": ["check"]}
-            ),
-        ]
+@pytest.fixture(scope="module")
+def copy(example, tmp_path_factory):
+    """The repository as a student has it after adding ``light`` and a notebook about it."""
+    folder = tmp_path_factory.mktemp("copy") / "pendlab"
+    for part in ("pendlab", "data", "tests", "notebooks"):
+        ignored = shutil.ignore_patterns("__pycache__", ".ipynb_checkpoints", "_build")
+        shutil.copytree(ROOT / part, folder / part, ignore=ignored)
+    for name in ("pyproject.toml", "environment.txt", "README.md", "CHANGELOG.md"):
+        shutil.copy(ROOT / name, folder / name)
+    (folder / "data/rigs/light.toml").write_text(example["LIGHT"], encoding="utf-8")
+    template = (folder / "notebooks/own/template.ipynb").read_text(encoding="utf-8")
+    mine = template.replace("rig = pl.my_rig(name)", 'rig = pl.load(\\"light\\")')
+    mine = mine.replace("template.ipynb", "mine.ipynb").replace(
+        "pl.figure(8, design)", "pl.figure(7, design)"
     )
+    mine = mine.replace("(False, True)]", "(False,)]").replace(
+        "with {distances[1]:.3f}", "rig {rig.name}"
+    )
+    mine = mine.replace("design.filtered_loop", "design.nominal_loop")
+    (folder / "notebooks/own/mine.ipynb").write_text(mine, encoding="utf-8")
+    return folder
 
 
-def test_notebook_is_stored_audited_and_made_an_edition(tmp_path):
-    path = tmp_path / "07_mine.ipynb"
-    nbformat.write(small_notebook(), path)
-    assert len(problems(nbformat.read(path, as_version=4))) == 2  # not executed yet
-    assert refresh(path)
-    stored = nbformat.read(path, as_version=4)
-    assert problems(stored) == []
-    assert stored.cells[-1].metadata.nbgrader.points == 2
-    assert "Right" in str(stored.cells[-1].outputs)
+def run_in(folder, *command):
+    environment = os.environ | {"PYTHONPATH": str(folder), "PYTEST_ADDOPTS": ""}
+    return subprocess.run(
+        [sys.executable, *command], cwd=folder, env=environment, capture_output=True, text=True, timeout=600
+    )  # fmt: skip
+
+
+def test_one_command_tries_a_notebook_about_a_new_rig(copy):
+    done = run_in(copy, "tests/try_notebook.py", "notebooks/own/mine.ipynb")
+    assert done.returncode == 0, done.stdout[-3000:] + done.stderr[-2000:]
+    stored = nbformat.read(copy / "notebooks/own/mine.ipynb", as_version=4)
+    assert "2 links, 1 motor, at most 12 V" in str(stored.cells)
+    gap = next(cell for cell in student(stored).cells if cell.id == "own-ex1-solution")
+    assert "recoverable_tilt" not in gap.source and "lean = ..." in gap.source
     (exercise,) = paper.exercises(student(stored))
-    assert exercise.name == "07.1"
-    gap = next(cell for cell in student(stored).cells if cell.id == "07-ex1-solution")
-    assert "nstates" not in gap.source and "states = ..." in gap.source
-    assert not refresh(path), "stored twice, the file must be the same"
+    assert exercise.name == "own.1" and exercise.points == 2
+
+
+def test_one_command_names_what_is_wrong(copy):
+    path = copy / "notebooks/own/bad.ipynb"
+    text = (copy / "notebooks/own/template.ipynb").read_text(encoding="utf-8")
+    path.write_text(
+        text.replace("../extending.ipynb", "../nowhere.ipynb").replace(
+            "pl.linearize", "pl.models.linearize"
+        ),
+        encoding="utf-8",
+    )
+    done = run_in(copy, "tests/try_notebook.py", "notebooks/own/bad.ipynb")
+    path.unlink()
+    assert done.returncode != 0
+    assert "pl.models" in done.stdout + done.stderr or "models" in done.stderr
+
+
+def test_a_rig_and_a_notebook_more_break_no_other_test(copy):
+    (copy / "notebooks/07_mine.ipynb").write_text(
+        (copy / "notebooks/own/template.ipynb").read_text(encoding="utf-8").replace("](../", "]("),
+        encoding="utf-8",
+    )
+    tests = [f"tests/test_{name}.py" for name in ("parameters", "labs", "models", "notebooks")]
+    done = run_in(copy, "-m", "pytest", "-q", "-n", "0", "-p", "no:cacheprovider", *tests)
+    (copy / "notebooks/07_mine.ipynb").unlink()
+    assert done.returncode == 0, done.stdout[-3000:]
 
 
 # ---- The page that tells how
@@ -293,6 +338,10 @@ def test_places_named_in_the_texts_exist():
         "pendlab/bench/kernel.py",
         "tests/test_extending.py",
     } <= named
-    invented = {"data/rigs/name.toml", "pendlab/classroom/checks/nb07.py"}
+    invented = {
+        "data/rigs/name.toml",
+        "pendlab/classroom/checks/nb07.py",
+        "notebooks/own/my_pendulum.ipynb",
+    }
     assert [path for path in sorted(named - invented) if not (ROOT / path).exists()] == []
     assert "(notebooks/extending.ipynb)" in extending

@@ -15,8 +15,11 @@ from pendlab.classroom.editions import lab_sheet
 
 FOLDER = ROOT / "notebooks"
 LABS = FOLDER / "labs"
+# The paper's sections and appendices, and any notebook more that has a sheet.
 SERIES = sorted(
-    path.stem for path in FOLDER.glob("*.ipynb") if re.match(r"(\d\d|[A-Z])_", path.stem)
+    path.stem
+    for path in FOLDER.glob("*.ipynb")
+    if re.match("(0[0-6]|[AB])_", path.stem) or (LABS / f"{path.stem}.md").exists()
 )
 HEADINGS = (
     "Pre-lab question",

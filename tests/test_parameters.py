@@ -18,7 +18,7 @@ def build(n=2, m=1, **options):
 
 
 def test_published_rigs():
-    assert pl.rigs() == ["double", "triple"]
+    assert {"double", "triple"} <= set(pl.rigs())
     double, triple = pl.load("double"), pl.load("triple")
     assert (double.n_links, double.n_motors, double.u_max) == (2, 1, (9.0,))
     assert (triple.n_links, triple.n_motors, triple.u_max) == (3, 2, (12.0, 2.5))
@@ -110,9 +110,8 @@ def test_one_motor_need_not_stand_in_a_list():
 
 @pytest.mark.parametrize("name", ["quadruple", "", "Double", "../rigs/double"])
 def test_unknown_rig_lists_the_known(name):
-    with pytest.raises(
-        ValueError, match=f"no rig {re.escape(repr(name))}.* known are double, triple"
-    ):
+    known = f"no rig {re.escape(repr(name))}.* known are {', '.join(pl.rigs())}"
+    with pytest.raises(ValueError, match=known):
         pl.load(name)
 
 
