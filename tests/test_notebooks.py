@@ -83,12 +83,12 @@ def test_series_has_every_notebook():
     assert names >= {"02", "03", "04", "A_", "B_"}
 
 
-def test_links_between_notebooks_lead_somewhere():
-    for path in NOTEBOOKS.values():
-        text = "\n".join(cell.source for cell in nbformat.read(path, as_version=4).cells)
-        for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", text):
-            if not target.startswith(("http", "attachment")):
-                assert (path.parent / target).exists(), f"{path.name} links to {target}"
+@pytest.mark.parametrize("path", NOTEBOOKS.values(), ids=NOTEBOOKS.keys())
+def test_links_between_notebooks_lead_somewhere(path):
+    text = "\n".join(cell.source for cell in nbformat.read(path, as_version=4).cells)
+    for target in re.findall(r"\]\(([^)#:\s]+)(?:#[^)]*)?\)", text):
+        if not target.startswith(("http", "attachment")):
+            assert (path.parent / target).exists(), f"{path.name} links to {target}"
 
 
 def test_no_picture_comes_from_the_web(notebook):
