@@ -298,22 +298,15 @@ def test_one_command_tries_a_notebook_about_a_new_rig(copy):
     assert exercise.name == "own.1" and exercise.points == 2
 
 
-@pytest.mark.parametrize(
-    "old, new, said",
-    [
-        ("../extending.ipynb", "../nowhere.ipynb", "links to ../nowhere.ipynb"),
-        ("(5 min): how far", "(7 min): how far", "own.1"),
-        ("pl.linearize", "pl.linearise", "linearise"),
-    ],
-)
-def test_one_command_names_what_is_wrong(copy, old, new, said):
+def test_one_command_names_what_is_wrong(copy):
     path = copy / "notebooks/own/bad.ipynb"
     text = (copy / "notebooks/own/template.ipynb").read_text(encoding="utf-8")
-    assert old in text
-    path.write_text(text.replace(old, new), encoding="utf-8")
+    text = text.replace("../extending.ipynb", "../nowhere.ipynb")
+    path.write_text(text.replace("(5 min): how far", "(7 min): how far"), encoding="utf-8")
     done = run_in(copy, "tests/try_notebook.py", "notebooks/own/bad.ipynb")
     path.unlink()
-    assert done.returncode != 0 and said in done.stdout + done.stderr
+    assert done.returncode != 0
+    assert "links to ../nowhere.ipynb" in done.stdout and "AssertionError: own.1" in done.stdout
 
 
 def test_a_rig_and_a_notebook_more_break_no_test_that_counts_them(copy):
