@@ -50,7 +50,8 @@ def neighbour(token):
         if token.string.isdigit():
             return str(int(token.string) + 1)
         value = complex(token.string)
-        return None if value.imag else repr(value.real * 1.3)
+        # A tolerance moves by a factor that a test on both of its sides must notice.
+        return None if value.imag else repr(value.real * (1.3 if value.real > 1e-5 else 1e3))
     if token.type in (tokenize.OP, tokenize.NAME):
         return NEIGHBOURS.get(token.string)
     return None
