@@ -180,7 +180,7 @@ def test_taking_away_and_scaling_change_what_they_say():
     assert np.allclose(doubled.resolution, 2 * np.array(on.resolution))
     assert changes.changed("triple", "damping 1")["rig"].motors[0] == rig.motors[0]
     assert changes.changed("triple", "start by hand")["initial"] == (0.0, 0.0, 0.0)
-    with pytest.raises(ValueError, match="part: expected one of gap 1"):
+    with pytest.raises(ValueError, match="part: expected one of 'gap 1'"):
         changes.changed("triple", "wind")
 
 

@@ -78,8 +78,7 @@ def hints():
         for node in ast.walk(tree):
             if isinstance(node, ast.Constant) and id(node) not in docs:
                 if isinstance(node.value, str) and node.value.count(" ") >= 3:
-                    if re.search("[a-z]{3}", node.value):  # a bare formula tells no one
-                        yield node.value.strip()
+                    yield node.value.strip()
 
 
 def is_docstring(node):
@@ -96,8 +95,9 @@ def marking():
 
 @lru_cache
 def words():
-    """The hints and the marker's sentences."""
-    return [text for text in (*hints(), *marking()) if text.count(" ") >= 3]
+    """The hints and the marker's sentences; a bare formula is neither."""
+    told = (*hints(), *marking())
+    return [text for text in told if text.count(" ") >= 3 and re.search("[a-z]{3}", text)]
 
 
 def secrets(notebook):

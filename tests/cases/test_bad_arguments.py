@@ -34,7 +34,6 @@ GOOD = {
     "energy": dict(rig=DOUBLE.rig, x=np.zeros(4)),
     "with_filters": dict(plant=DOUBLE.plant, filters=DOUBLE.rig.filters),
     "sample": dict(plant=DOUBLE.plant, dt=0.01, delay=0.001),
-    "alignment_interval": dict(model=TRIPLE.model),
     "align": dict(model=TRIPLE.model, kp=10.0),
     "add_integrator": dict(model=DOUBLE.model, output=1),
     "lqr": dict(model=DOUBLE.augmented, Q=DOUBLE.Q, R=DOUBLE.R),
