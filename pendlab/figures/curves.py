@@ -105,7 +105,8 @@ def _draw(ax, label, x, y, given, pen):
 def _curves(panel, curves):
     """(label, x, y, look) of each curve of a panel, checked."""
     checked = []
-    for label, curve in mapping(f"panels[{panel!r}]", curves, '{"theta1": (t, angle)}').items():
+    curves = mapping(f"panels[{panel!r}]", curves, '{"theta1": (t, angle)}', least=0)
+    for label, curve in curves.items():
         name = f"panels[{panel!r}][{label!r}]"
         if not isinstance(curve, (tuple, list)) or len(curve) not in (2, 3):
             raise TypeError(f"{name}: expected (x, y) or (x, y, look), {found(curve)}.")

@@ -56,7 +56,7 @@ def _judge(function, answer, rig):
     if unanswered(rig) or (answer and all(map(unanswered, answer))):
         return Verdict(None, OPEN)
     try:
-        return function(*answer, rig=rig)
+        verdict = function(*answer, rig=rig)
     except (
         ValueError,
         TypeError,
@@ -66,9 +66,10 @@ def _judge(function, answer, rig):
         KeyError,
         RuntimeError,
     ) as problem:
-        if any(map(unanswered, answer)):
-            return Verdict(None, OPEN)
-        return Verdict(False, f"This answer cannot be checked: {problem}")
+        verdict = Verdict(False, f"This answer cannot be checked: {problem}")
+    if not verdict.share and any(map(unanswered, answer)):
+        return Verdict(None, OPEN)
+    return verdict
 
 
 def exercises():
