@@ -89,7 +89,8 @@ def seed(tmp_path_factory):
 
 
 SCRIPT = """
-import json, resource, signal, sys
+import json, resource, signal, sys, warnings
+warnings.filterwarnings("error", module="pendlab")
 if {limit}:
     signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
     resource.setrlimit(resource.RLIMIT_FSIZE, ({limit}, {limit}))
@@ -111,7 +112,7 @@ def simulated(tmp_path, limit=0, **environment):
     variables = {k: v for k, v in os.environ.items() if not k.startswith("PENDLAB_")}
     root = str(pl.parameters.HERE.parent)
     out = subprocess.run(
-        [sys.executable, "-W", "error::UserWarning", "-c", SCRIPT.format(limit=limit)], cwd=work,
+        [sys.executable, "-c", SCRIPT.format(limit=limit)], cwd=work,
         env=variables | home | dict(PYTHONPATH=root) | environment,
         capture_output=True, text=True, timeout=240,
     )  # fmt: skip
