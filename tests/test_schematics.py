@@ -11,8 +11,10 @@ import pytest
 from matplotlib.image import imread
 
 import pendlab as pl
-from pendlab.figures import schematics
-from pendlab.figures.moving import BAR, joints
+from pendlab.figures.apparatus import apparatus
+from pendlab.figures.blocks import apparatus_blocks, observer_blocks, triple_loops
+from pendlab.figures.moving import BAR, animate_svg, draw_pendulum, joints
+from pendlab.figures.schematics import schematic
 from pendlab.figures.style import (
     COLORS,
     LINES,
@@ -42,9 +44,9 @@ def chain(n, m):
 
 def drawings(rig):
     return [
-        schematics.apparatus(rig),
-        schematics.schematic(rig),
-        schematics.apparatus_blocks(rig),
+        apparatus(rig),
+        schematic(rig),
+        apparatus_blocks(rig),
     ]
 
 
@@ -80,7 +82,7 @@ def test_drawings_of_any_rig_have_words_and_stay_on_the_page(rig):
 
 @pytest.mark.parametrize("rig", [load("double"), load("triple"), chain(4, 3)])
 def test_no_two_labels_overlap(rig):
-    figures = [*drawings(rig), schematics.observer_blocks(), schematics.triple_loops()]
+    figures = [*drawings(rig), observer_blocks(), triple_loops()]
     for fig in figures:
         png(fig)
         texts = [text for ax in fig.axes for text in ax.texts if text.get_text()] + fig.texts
@@ -95,8 +97,8 @@ def test_no_two_labels_overlap(rig):
 
 def test_block_diagrams_have_words():
     for fig, names in [
-        (schematics.observer_blocks(), ["$F$", "$H$", "$K$", "$L_1$", "$L_2$", "X", "$u_r$"]),
-        (schematics.triple_loops(), ["$g_1(z)$", "$g_2(z)$", "$p_1(z)$", "$p_2(z)$", "X", "XX"]),
+        (observer_blocks(), ["$F$", "$H$", "$K$", "$L_1$", "$L_2$", "X", "$u_r$"]),
+        (triple_loops(), ["$g_1(z)$", "$g_2(z)$", "$p_1(z)$", "$p_2(z)$", "X", "XX"]),
     ]:
         assert set(names) <= set(words(fig))
         assert fig.caption and fig.alt and len(fig.axes) == 1
@@ -107,23 +109,23 @@ def test_figures_follow_the_parameters():
     heavier = dataclasses.replace(
         rig, links=[dataclasses.replace(rig.links[0], mass=7.531), *rig.links[1:]], u_max=(4.25, 1)
     )
-    for draw, found in [(schematics.apparatus, "7.53"), (schematics.schematic, "7.531")]:
+    for draw, found in [(apparatus, "7.53"), (schematic, "7.531")]:
         assert any(found in text for text in words(draw(heavier)))
         assert not any(found in text for text in words(draw(rig)))
-    assert any("4.25 V" in text for text in words(schematics.apparatus_blocks(heavier)))
-    assert schematics.schematic(heavier).caption != schematics.schematic(rig).caption
+    assert any("4.25 V" in text for text in words(apparatus_blocks(heavier)))
+    assert schematic(heavier).caption != schematic(rig).caption
 
 
 def test_filter_lag_in_the_caption_is_that_of_two_first_order_filters():
     response = 1 / (1 + 2j / 10.26) / (1 + 2j / 33.86)
     lag = -np.degrees(np.angle(response))
-    assert f"{lag:.1f} degrees" in schematics.apparatus_blocks(load("triple")).caption
+    assert f"{lag:.1f} degrees" in apparatus_blocks(load("triple")).caption
 
 
 def test_motor_hinges_are_filled_and_free_ones_open():
     fig = new_figure(3, 3)
     ax = fig.add_subplot()
-    update = schematics.draw_pendulum(ax, load("triple"), [0, 0, 0])
+    update = draw_pendulum(ax, load("triple"), [0, 0, 0])
     hinges = update([0, 0, 0])[3:]
     assert [line.get_markerfacecolor() for line in hinges] == ["white", "black", "black"]
 
@@ -133,7 +135,7 @@ def test_draw_pendulum_stands_where_cumulative_angles_say(rig):
     n = rig.n_links
     rng = np.random.default_rng(n)
     ax = new_figure(3, 3).add_subplot()
-    update = schematics.draw_pendulum(ax, rig, np.zeros(n))
+    update = draw_pendulum(ax, rig, np.zeros(n))
     for _ in range(3):
         angles = rng.uniform(-0.4, 0.4, n)
         expected = by_hand(rig, angles)
@@ -161,7 +163,7 @@ def run_of(rig, n_samples=301):
 def test_animation_is_xml_and_ends_at_the_last_sample(name):
     rig = load(name)
     t, angles = run_of(rig)
-    root = ET.fromstring(schematics.animate_svg(rig, t, angles, title="a < b & c"))
+    root = ET.fromstring(animate_svg(rig, t, angles, title="a < b & c"))
     assert root.get("role") == "img"
     assert root.find(f"{SVG}title").text == "a < b & c"
     assert "3 s" in root.find(f"{SVG}desc").text
@@ -184,8 +186,8 @@ def test_animation_is_xml_and_ends_at_the_last_sample(name):
 def test_animation_is_deterministic_small_and_keeps_to_its_frame():
     rig = load("triple")
     t, angles = run_of(rig)
-    text = schematics.animate_svg(rig, t, angles, width=300, height=200)
-    assert text == schematics.animate_svg(rig, t.copy(), angles.copy(), width=300, height=200)
+    text = animate_svg(rig, t, angles, width=300, height=200)
+    assert text == animate_svg(rig, t.copy(), angles.copy(), width=300, height=200)
     assert len(text) < 20_000
     assert "http" not in text.replace("http://www.w3.org/2000/svg", "") and "script" not in text
     for link in ET.fromstring(text).findall(f"{SVG}g[@class='m']/{SVG}polyline"):
@@ -197,24 +199,24 @@ def test_animation_is_deterministic_small_and_keeps_to_its_frame():
 def test_animation_speed_stretches_the_time_shown():
     rig = load("double")
     t, angles = run_of(rig)
-    slow = ET.fromstring(schematics.animate_svg(rig, t, angles, speed=0.5))
+    slow = ET.fromstring(animate_svg(rig, t, angles, speed=0.5))
     assert {node.get("dur") for node in slow.iter(f"{SVG}animate")} == {"6.00s"}
 
 
 @pytest.mark.parametrize(
     "call, word",
     [
-        (lambda: schematics.apparatus("triple"), "rig"),
-        (lambda: schematics.schematic(None), "rig"),
-        (lambda: schematics.schematic(load("triple"), [0.1, 0.2]), "angles"),
-        (lambda: schematics.schematic(load("triple"), [0.1, np.nan, 0]), "angles"),
-        (lambda: schematics.apparatus_blocks(load("double"), dt=0), "dt"),
+        (lambda: apparatus("triple"), "rig"),
+        (lambda: schematic(None), "rig"),
+        (lambda: schematic(load("triple"), [0.1, 0.2]), "angles"),
+        (lambda: schematic(load("triple"), [0.1, np.nan, 0]), "angles"),
+        (lambda: apparatus_blocks(load("double"), dt=0), "dt"),
         (lambda: joints(load("double"), np.zeros((5, 3))), "angles"),
-        (lambda: schematics.animate_svg(load("double"), [0, 1], np.zeros((3, 2))), "angles"),
-        (lambda: schematics.animate_svg(load("double"), [1, 0], np.zeros((2, 2))), "t"),
-        (lambda: schematics.animate_svg(load("double"), [0], np.zeros((1, 2))), "t"),
+        (lambda: animate_svg(load("double"), [0, 1], np.zeros((3, 2))), "angles"),
+        (lambda: animate_svg(load("double"), [1, 0], np.zeros((2, 2))), "t"),
+        (lambda: animate_svg(load("double"), [0], np.zeros((1, 2))), "t"),
         (
-            lambda: schematics.animate_svg(load("double"), [0, 1], np.zeros((2, 2)), speed=0),
+            lambda: animate_svg(load("double"), [0, 1], np.zeros((2, 2)), speed=0),
             "speed",
         ),
         (lambda: look("theta9"), "name"),

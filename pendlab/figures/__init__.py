@@ -14,19 +14,19 @@ from .._arguments import found, instance, path, text
 from ..bench.simulation import Run
 from ..design import Design
 from ..parameters import Pendulum, load
-from . import experiments, loops, schematics, style
+from . import apparatus, blocks, experiments, loops, schematics, style
 from .style import new_figure
 
 __all__ = ["figure", "new_figure", "save", "show"]
 
 # Number -> the function that draws it and the paper's rig for it.
 OF_A_RIG = {
-    1: (schematics.apparatus, "triple"),
+    1: (apparatus.apparatus, "triple"),
     2: (schematics.schematic, "double"),
     3: (schematics.schematic, "triple"),
-    4: (schematics.apparatus_blocks, "triple"),
+    4: (blocks.apparatus_blocks, "triple"),
 }
-OF_NOTHING = {5: schematics.observer_blocks, 9: schematics.triple_loops}
+OF_NOTHING = {5: blocks.observer_blocks, 9: blocks.triple_loops}
 OF_A_DESIGN = {
     6: loops.fig6,
     7: loops.fig7,

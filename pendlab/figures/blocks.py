@@ -4,104 +4,88 @@ Axes are in inches, so that a position below is a position on the page.
 """
 
 import math
+from itertools import pairwise
 
-from matplotlib.patches import Circle, FancyBboxPatch
+import numpy as np
+from matplotlib.patches import Circle
 
 from .._arguments import number
 from .moving import check_rig
-from .style import COLORS, angle_name, describe, look, new_figure, styled
+from .sketch import INK, arrow, box, canvas, line, note
+from .style import COLORS, angle_name, describe, look, styled
 
-INK = "#222222"
 CUT = COLORS["vermillion"]
+PLANT, COMPUTER = "#FBE9DC", "#DCEBF7"  # faces of boxes
 
 
-def canvas(width, height):
-    """A figure and axes without frame whose units are inches."""
-    fig = new_figure(width, height, layout=None)
-    ax = fig.add_axes((0, 0, 1, 1))
-    ax.set(xlim=(0, width), ylim=(0, height))
-    ax.set_axis_off()
-    return fig, ax
+class Diagram:
+    """Boxes and sums with names, and the wires between them."""
 
+    def __init__(self, width, height):
+        self.fig, self.ax = canvas(width, height)
+        self._places = {}  # name -> centre, half of width and height
 
-def _box(ax, x, y, text, width=1.4, height=0.6, face=COLORS["pale"], **line):
-    """A block centred at (x, y)."""
-    ax.add_patch(
-        FancyBboxPatch(
-            (x - width / 2, y - height / 2),
-            width,
-            height,
-            boxstyle="round,pad=0,rounding_size=0.06",
-            facecolor=face,
-            **{"edgecolor": INK, "linewidth": 1.4, "zorder": 3, **line},
+    def box(self, name, x, y, text, width=0.7, height=0.5, face=COLORS["pale"], **style):
+        """A block centred at (x, y)."""
+        self._places[name] = np.array([x, y]), np.array([width, height]) / 2
+        box(self.ax, x, y, width, height, face, 0.06, **{"linewidth": 1.4, **style})
+        note(self.ax, x, y, text, zorder=4)
+
+    def sum(self, name, x, y, signs):
+        """A summing point; signs maps an offset (dx, dy) to its sign."""
+        self._places[name] = np.array([x, y]), np.array([0.12, 0.12])
+        self.ax.add_patch(
+            Circle((x, y), 0.12, facecolor="white", edgecolor=INK, linewidth=1.4, zorder=3)
         )
-    )
-    ax.text(x, y, text, ha="center", va="center", zorder=4)
+        for (dx, dy), sign in signs.items():
+            note(self.ax, x + dx, y + dy, sign, fontsize=13)
+
+    def wire(self, *stops, **style):
+        """A signal through straight pieces, from a name or point to the edge of the last name."""
+        points = [self._places[s][0] if isinstance(s, str) else np.array(s) for s in stops]
+        if isinstance(stops[-1], str):
+            centre, half = self._places[stops[-1]]
+            points[-1] = centre + half * np.sign(np.round(points[-2] - centre, 9))
+        arrow(self.ax, *points, **style)
+
+    def branches(self, *points):
+        """Dots where a signal goes two ways."""
+        line(self.ax, *points, linestyle="none", marker="o", markersize=5, zorder=3)
+
+    def cut(self, x, y, name):
+        """The mark where a loop is broken, on a white gap of the line."""
+        size = 0.085
+        line(self.ax, (x - size, y), (x + size, y), color="white", linewidth=6, zorder=2.5)
+        for k in range(len(name)):
+            at = x + 0.19 * (k - (len(name) - 1) / 2)
+            for rise in (-size, size):
+                line(self.ax, (at - size, y - rise), (at + size, y + rise), color=CUT,
+                     linewidth=2.6, zorder=4)  # fmt: skip
+        note(self.ax, x, y + 0.27, name, color=CUT, fontweight="bold")
+
+    def names(self, *notes, **style):
+        """Words at (x, y), each given as (x, y, text)."""
+        for x, y, text in notes:
+            note(self.ax, x, y, text, **style)
 
 
-def _path(ax, *points, head=True, **line):
-    """A signal along straight pieces, with an arrow head at its end."""
-    line = {"color": INK, "linewidth": 1.5, **line}
-    xs, ys = zip(*points)
-    ax.plot(xs, ys, solid_joinstyle="miter", zorder=2, **line)
-    if head:
-        style = dict(arrowstyle="-|>", color=line["color"], shrinkA=0, shrinkB=0, mutation_scale=15)
-        # An arrow needs some length to know its direction; the line below it is already drawn.
-        (x0, y0), (x1, y1) = points[-2:]
-        part = min(1.0, 0.1 / math.hypot(x1 - x0, y1 - y0))
-        start = (x1 - part * (x1 - x0), y1 - part * (y1 - y0))
-        ax.annotate("", points[-1], start, arrowprops=style, zorder=2)
-
-
-def _note(ax, x, y, text, **more):
-    ax.text(x, y, text, **{"ha": "center", "va": "center", "zorder": 5, **more})
-
-
-def chain(ax, left, right, y, signal, blocks):
+def chain(diagram, left, right, y, signal, blocks):
     """Blocks in a row at height y: `signal` enters the first, each names the signal behind it."""
     gap = 0.75
     pitch = (right - left - gap) / len(blocks)
-    _path(ax, (left, y), (left + gap, y))
-    _note(ax, left + gap / 2, y + 0.14, signal)
-    for k, (text, after) in enumerate(blocks):
-        end = left + gap + (k + 1) * pitch
-        _box(ax, end - (pitch + gap) / 2, y, text, width=pitch - gap, height=0.52)
-        _path(ax, (end - gap, y), (end, y))
-        _note(ax, end - gap / 2, y + 0.14, after)
-
-
-def _sum(ax, x, y, signs):
-    """A summing point; signs maps an offset (dx, dy) to its sign."""
-    ax.add_patch(Circle((x, y), 0.12, facecolor="white", edgecolor=INK, linewidth=1.4, zorder=3))
-    for (dx, dy), sign in signs.items():
-        _note(ax, x + dx, y + dy, sign, fontsize=13)
-
-
-def _branch(ax, x, y):
-    ax.plot([x], [y], marker="o", markersize=5, color=INK, zorder=3)
-
-
-def _cut(ax, x, y, name, above):
-    """The mark where a loop is broken, on a white gap of the line."""
-    size = 0.085
-    ax.plot([x - size, x + size], [y, y], color="white", linewidth=6, zorder=2.5)
-    for start in range(len(name)):
-        at = x + 0.19 * (start - (len(name) - 1) / 2)
-        for sign in (-1, 1):
-            ax.plot(
-                [at - size, at + size],
-                [y - sign * size, y + sign * size],
-                color=CUT,
-                linewidth=2.6,
-                zorder=4,
-            )
-    _note(ax, x, y + 0.27, above, color=CUT, fontweight="bold")
+    names = [f"{k} at {y}" for k in range(len(blocks))]
+    for k, (text, _) in enumerate(blocks):
+        x = left + gap / 2 + (k + 0.5) * pitch
+        diagram.box(names[k], x, y, text, width=pitch - gap, height=0.52)
+    for one, other in pairwise([(left, y), *names, (right, y)]):
+        diagram.wire(one, other)
+    signals = enumerate([signal, *(after for _, after in blocks)])
+    diagram.names(*((left + gap / 2 + k * pitch, y + 0.14, after) for k, after in signals))
 
 
 def _hertz(values):
     """Distinct cut-offs in words: 10.26 Hz, or 10 and 12 Hz."""
-    distinct = sorted(set(values))
-    return " and ".join(f"{value:g}" for value in distinct) + " Hz"
+    return " and ".join(f"{value:g}" for value in sorted(set(values))) + " Hz"
 
 
 def _filter_lag(filters, hz):
@@ -119,60 +103,46 @@ def apparatus_blocks(rig, dt=0.01):
     check_rig(rig)
     number("dt", dt, above=0)
     n, m, filters = rig.n_links, rig.n_motors, rig.filters
-    fig, ax = canvas(7, 4.5)
-    left, right, middle = 1.55, 5.45, 3.5
-    bottom, low, high, top = 0.62, 1.62, 2.62, 3.72
     limits = [f"$|u_{i}|$ ≤ {u:g} V" for i, u in enumerate(rig.u_max, 1) if math.isfinite(u)]
-    limit = ("\n" + ",  ".join(limits)) if limits and m <= 2 else ""
+    limit = "\n" + ",  ".join(limits) if limits and m <= 2 else ""
     into = f"first order, {_hertz(filters.input_hz)}" if filters else "none in this rig"
     out = f"first order, {_hertz(filters.output_hz)}" if filters else "none in this rig"
     missing = {} if filters else {"linestyle": "--"}
-    tall = dict(width=2.2, height=0.66)
-    _box(ax, middle, bottom, f"Computer\nevery {1000 * dt:g} ms", **tall, face="#DCEBF7")
-    _box(ax, left, low, "D/A\n12 bit", **tall)
-    _box(ax, left, high, f"Input filters\n{into}", **tall, **missing)
-    _box(ax, left, top, "Power amplifiers" + limit, **tall)
-    _box(
-        ax,
-        right,
-        top,
-        f"Inverted pendulum\n{n} links, {m} motor{'s' * (m > 1)}",
-        **tall,
-        face="#FBE9DC",
-    )
-    _box(ax, right, high, f"Output amplifiers, filters\n{out}", **tall, **missing)
-    _box(ax, right, low, "A/D, multiplexer\n12 bit", **tall)
-    half = 0.33
-    _path(ax, (middle - 1.1, bottom), (left, bottom), (left, low - half))
-    _path(ax, (left, low + half), (left, high - half))
-    _path(ax, (left, high + half), (left, top - half))
-    _path(ax, (left + 1.1, top), (right - 1.1, top))
-    _path(ax, (right, top - half), (right, high + half))
-    _path(ax, (right, high - half), (right, low + half))
-    _path(ax, (right, low - half), (right, bottom), (middle + 1.1, bottom))
+    left, middle, right = 1.55, 3.5, 5.45
+    bottom, low, high, top = 0.62, 1.62, 2.62, 3.72
+    motors = f"{m} motor{'s' * (m > 1)}"
+    diagram = Diagram(7, 4.5)
+    for name, x, y, text, style in [
+        ("computer", middle, bottom, f"Computer\nevery {1000 * dt:g} ms", {"face": COMPUTER}),
+        ("D/A", left, low, "D/A\n12 bit", {}),
+        ("input", left, high, f"Input filters\n{into}", missing),
+        ("power", left, top, "Power amplifiers" + limit, {}),
+        ("plant", right, top, f"Inverted pendulum\n{n} links, {motors}", {"face": PLANT}),
+        ("output", right, high, f"Output amplifiers, filters\n{out}", missing),
+        ("A/D", right, low, "A/D, multiplexer\n12 bit", {}),
+    ]:
+        diagram.box(name, x, y, text, width=2.2, height=0.66, **style)
+    diagram.wire("computer", (left, bottom), "D/A")
+    for one, other in pairwise(["D/A", "input", "power", "plant", "output", "A/D"]):
+        diagram.wire(one, other)
+    diagram.wire("A/D", (right, bottom), "computer")
     inputs = "$u_1$" if m == 1 else "$u_1, u_2$" if m == 2 else rf"$u_1 \ldots u_{m}$"
-    _note(ax, middle, top + 0.19, inputs)
-    _note(ax, left - 0.12, (bottom + low) / 2 - 0.3, f"{m} output{'s' * (m > 1)}", ha="right")
     angles = [look(angle_name(i))["label"] for i in range(1, n + 1)]
     shown = angles if n <= 3 else [angles[0], "…", angles[-1]]
-    _note(
-        ax,
-        middle,
-        (low + high) / 2 + 0.2,
-        "measured:\n" + "\n".join([*shown, r"$\dot\theta_1$"]),
-        linespacing=1.35,
-    )
-    _note(ax, right + 0.12, (bottom + low) / 2 - 0.3, f"{n + 1} inputs", ha="left")
+    measured = "\n".join(["measured:", *shown, r"$\dot\theta_1$"])
+    note(diagram.ax, middle, top + 0.19, inputs)
+    note(diagram.ax, middle, (low + high) / 2 + 0.2, measured, linespacing=1.35)
+    below = (bottom + low) / 2 - 0.3
+    note(diagram.ax, left - 0.12, below, f"{m} output{'s' * (m > 1)}", ha="right")
+    note(diagram.ax, right + 0.12, below, f"{n + 1} inputs", ha="left")
+    claim = "Without filters nothing stands between converters and pendulum but amplifiers."
     if filters:
-        hz = 2.0
         claim = (
-            f"The design neglects the filters, yet at {hz:g} Hz an input and an output filter "
-            f"together cost {_filter_lag(filters, hz):.1f} degrees of phase."
+            "The design neglects the filters, yet at 2 Hz an input and an output filter "
+            f"together cost {_filter_lag(filters, 2.0):.1f} degrees of phase."
         )
-    else:
-        claim = "Without filters nothing stands between converters and pendulum but amplifiers."
     return describe(
-        fig,
+        diagram.fig,
         f"Fig 4. One loop through computer and {rig.name} pendulum. {claim}",
         f"Block diagram of a closed loop: computer every {1000 * dt:g} ms, 12 bit D/A converter "
         f"({m}), input filters ({into}), power amplifiers, inverted pendulum with {n} links, output "
@@ -188,51 +158,38 @@ def observer_blocks():
     The loop is broken at X, between what the controller asks for, u_r = -F xhat, and the plant's
     input u; the observer is fed with u_r, as the proof in Appendix B has it.
     """
-    fig, ax = canvas(7, 3.9)
+    diagram = Diagram(7, 3.9)
     top, mid, low = 3.1, 1.62, 0.55
-    sum_x, obs_sum, y_x = 0.75, 3.62, 6.35
-    _box(ax, 4.75, top, r"$C(zI-A)^{-1}B$", width=1.6, face="#FBE9DC")
-    _box(ax, sum_x, 2.42, "$F$", width=0.7, height=0.5)
-    _box(ax, 1.5, mid, "$L_2$", width=0.7, height=0.5)
-    _box(ax, 2.68, mid, r"$(zI-E)^{-1}$", width=1.12, height=0.5)
-    _box(ax, obs_sum, 2.32, "$H$", width=0.7, height=0.46, linestyle="--", face="white")
-    _box(ax, 4.75, mid, "$K$", width=0.7, height=0.5)
-    _box(ax, 4.75, low, "$L_1$", width=0.7, height=0.5)
-    _path(ax, (sum_x, 2.67), (sum_x, top - 0.12))
-    _sum(ax, sum_x, top, {(-0.2, -0.27): "$-$"})
-    _path(ax, (sum_x + 0.12, top), (3.95, top))
-    _branch(ax, 2.2, top)
-    hint = dict(color=COLORS["grey"], linestyle="--")
-    _path(ax, (2.2, top), (2.2, 2.72), (obs_sum, 2.72), (obs_sum, 2.55), **hint)
-    _path(ax, (obs_sum, 2.09), (obs_sum, mid + 0.12), **hint)
-    _cut(ax, 2.92, top, "X", "X")
-    _path(ax, (5.55, top), (6.85, top))
-    _branch(ax, y_x, top)
-    _path(ax, (y_x, top), (y_x, low), (5.1, low))
-    _branch(ax, y_x, mid)
-    _path(ax, (y_x, mid), (5.1, mid))
-    _path(ax, (4.4, mid), (obs_sum + 0.12, mid))
-    _sum(ax, obs_sum, mid, {(0.22, 0.2): "+", (-0.2, 0.22): "+"})
-    _path(ax, (obs_sum - 0.12, mid), (3.24, mid))
-    _path(ax, (2.12, mid), (1.85, mid))
-    _path(ax, (1.15, mid), (sum_x + 0.12, mid))
-    _path(ax, (4.4, low), (sum_x, low), (sum_x, mid - 0.12))
-    _sum(ax, sum_x, mid, {(0.22, 0.2): "+", (-0.22, -0.24): "+"})
-    _path(ax, (sum_x, mid + 0.12), (sum_x, 2.17))
-    for x, y, text in [
-        (1.5, top + 0.19, "$u_r$"),
-        (3.5, top + 0.19, "$u$"),
-        (6.0, top + 0.19, "$y$"),
-        (2.0, mid + 0.19, "$v$"),
-        (sum_x - 0.2, 1.97, r"$\hat x$"),
-    ]:
-        _note(ax, x, y, text, fontsize=13)
-    _note(
-        ax, 4.1, 2.32, "vanishes when\n$H = TB = 0$", ha="left", fontsize=10, color=COLORS["grey"]
-    )
-    _note(ax, 4.75, top + 0.47, "plant $G(z)$", fontsize=10)
+    left, middle, y = 0.75, 3.62, 6.35
+    grey = dict(color=COLORS["grey"])
+    diagram.box("plant", 4.75, top, r"$C(zI-A)^{-1}B$", width=1.6, height=0.6, face=PLANT)
+    diagram.box("F", left, 2.42, "$F$")
+    diagram.box("L2", 1.5, mid, "$L_2$")
+    diagram.box("E", 2.68, mid, r"$(zI-E)^{-1}$", width=1.12)
+    diagram.box("H", middle, 2.32, "$H$", height=0.46, linestyle="--", face="white")
+    diagram.box("K", 4.75, mid, "$K$")
+    diagram.box("L1", 4.75, low, "$L_1$")
+    diagram.sum("-F", left, top, {(-0.2, -0.27): "$-$"})
+    diagram.sum("v", middle, mid, {(0.22, 0.2): "+", (-0.2, 0.22): "+"})
+    diagram.sum("x", left, mid, {(0.22, 0.2): "+", (-0.22, -0.24): "+"})
+    for stops in [
+        ("F", "-F"), ("-F", "plant"), ("plant", (6.85, top)),
+        ((y, top), (y, low), "L1"), ((y, mid), "K"), ("K", "v"), ("v", "E"), ("E", "L2"),
+        ("L2", "x"), ("L1", (left, low), "x"), ("x", "F"),
+    ]:  # fmt: skip
+        diagram.wire(*stops)
+    diagram.wire((2.2, top), (2.2, 2.72), (middle, 2.72), "H", **grey, linestyle="--")
+    diagram.wire("H", "v", **grey, linestyle="--")
+    diagram.branches((2.2, top), (y, top), (y, mid))
+    diagram.cut(2.92, top, "X")
+    diagram.names(
+        (1.5, top + 0.19, "$u_r$"), (3.5, top + 0.19, "$u$"), (6.0, top + 0.19, "$y$"),
+        (2.0, mid + 0.19, "$v$"), (left - 0.2, 1.97, r"$\hat x$"), fontsize=13,
+    )  # fmt: skip
+    note(diagram.ax, 4.1, 2.32, "vanishes when\n$H = TB = 0$", ha="left", fontsize=10, **grey)
+    note(diagram.ax, 4.75, top + 0.47, "plant $G(z)$", fontsize=10)
     return describe(
-        fig,
+        diagram.fig,
         "Fig 5. State feedback through a reduced-order observer, broken at X. The dashed path "
         "through H is the only way the controller's own output reaches its observer: with H = 0 "
         "the loop seen at X is that of full state feedback, equation (11).",
@@ -249,33 +206,30 @@ def triple_loops():
 
     Broken at X alone the return difference is (33), at XX alone (34), at both (35).
     """
-    fig, ax = canvas(7, 3.9)
-    row1, row2, inner, outer = 3.2, 2.4, 1.4, 0.55
-    col1, col2, block, total, y_x = 0.5, 1.15, 4.1, 5.5, 6.3
-    for i, (row, cut, col, name) in enumerate([(row1, 2.2, col1, "X"), (row2, 2.2, col2, "XX")], 1):
-        _sum(ax, col, row, {(-0.2, -0.27): "$-$"})
-        _path(ax, (col + 0.12, row), (block - 0.5, row))
-        _cut(ax, cut, row, name, name)
-        _note(ax, 1.65, row + 0.2, f"$u_{{{i}r}}$", fontsize=13)
-        _note(ax, 2.85, row + 0.2, f"$u_{i}$", fontsize=13)
-        _box(ax, block, row, f"$g_{i}(z)$", width=1.0, height=0.5, face="#FBE9DC")
-    _path(ax, (block + 0.5, row1), (total, row1), (total, row2 + 0.12))
-    _path(ax, (block + 0.5, row2), (total - 0.12, row2))
-    _sum(ax, total, row2, {(-0.25, 0.18): "+", (0.2, 0.25): "+"})
-    _path(ax, (total + 0.12, row2), (6.85, row2))
-    _note(ax, 6.6, row2 + 0.2, "$y$", fontsize=13)
-    _branch(ax, y_x, row2)
-    _branch(ax, y_x, inner)
-    _box(ax, block, inner, "$p_2(z)$", width=1.0, height=0.5)
-    _box(ax, block, outer, "$p_1(z)$", width=1.0, height=0.5)
-    _path(ax, (y_x, row2), (y_x, outer), (block + 0.5, outer))
-    _path(ax, (y_x, inner), (block + 0.5, inner))
-    _path(ax, (block - 0.5, inner), (col2, inner), (col2, row2 - 0.12))
-    _path(ax, (block - 0.5, outer), (col1, outer), (col1, row1 - 0.12))
-    _note(ax, 2.3, inner + 0.2, "loop of motor 2", fontsize=10)
-    _note(ax, 2.3, outer + 0.2, "loop of motor 1", fontsize=10)
+    diagram = Diagram(7, 3.9)
+    block, total, y = 4.1, 5.5, 6.3
+    row, back, column = {1: 3.2, 2: 2.4}, {1: 0.55, 2: 1.4}, {1: 0.5, 2: 1.15}
+    diagram.sum("y", total, row[2], {(-0.25, 0.18): "+", (0.2, 0.25): "+"})
+    for i in (1, 2):
+        diagram.box(f"g{i}", block, row[i], f"$g_{i}(z)$", width=1.0, face=PLANT)
+        diagram.box(f"p{i}", block, back[i], f"$p_{i}(z)$", width=1.0)
+        diagram.sum(f"u{i}", column[i], row[i], {(-0.2, -0.27): "$-$"})
+        diagram.wire(f"u{i}", f"g{i}")
+        diagram.wire(f"p{i}", (column[i], back[i]), f"u{i}")
+        diagram.cut(2.2, row[i], "X" * i)
+        diagram.names(
+            (1.65, row[i] + 0.2, f"$u_{{{i}r}}$"), (2.85, row[i] + 0.2, f"$u_{i}$"), fontsize=13
+        )
+        note(diagram.ax, 2.3, back[i] + 0.2, f"loop of motor {i}", fontsize=10)
+    for stops in [
+        ("g1", (total, row[1]), "y"), ("g2", "y"), ("y", (6.85, row[2])),
+        ((y, row[2]), (y, back[1]), "p1"), ((y, back[2]), "p2"),
+    ]:  # fmt: skip
+        diagram.wire(*stops)
+    diagram.branches((y, row[2]), (y, back[2]))
+    note(diagram.ax, 6.6, row[2] + 0.2, "$y$", fontsize=13)
     return describe(
-        fig,
+        diagram.fig,
         "Fig 9. The triple's two loops share the plant, so each is judged with the other closed: "
         "broken at X alone it has the return difference (33), at XX alone (34), and at both the "
         "matrix of (35).",

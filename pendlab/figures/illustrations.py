@@ -1,13 +1,12 @@
 """Drawings that go with the words of a notebook: a body on its legs, a fall, modes, block chains."""
 
-from itertools import pairwise
-
 import numpy as np
 
 from .._arguments import array, found, number, whole
 from ..models import linearize
-from .blocks import INK, canvas, chain
-from .moving import check_rig, joints, link_color
+from .blocks import Diagram, chain
+from .moving import check_rig, draw_links, joints
+from .sketch import note
 from .style import COLORS, describe, new_figure, styled
 
 # Ankle, hinges and shoulders of a body, m, and its other leg where that is lifted.
@@ -27,7 +26,7 @@ def biped():
     for ax, (title, (body, leg)) in zip(fig.subplots(1, 2), POSES.items(), strict=True):
         ax.plot([-0.8, 0.8], [-0.03, -0.03], color=COLORS["grey"], linewidth=2)
         ax.plot(*np.reshape(leg, (-1, 2)).T, color=COLORS["pale"], linewidth=9)
-        _draw_links(ax, np.array(body), linewidth=7)
+        draw_links(ax, np.array(body), linewidth=7)
         for i, hinge in enumerate(body[:-1]):
             face = "black" if i else "white"
             ax.plot(*hinge, "o", markersize=11, markerfacecolor=face, markeredgecolor="black")
@@ -66,11 +65,10 @@ def strobe(rig, t, angles, every=0.09, count=7):
     fig = new_figure(6, 3.6)
     ax = fig.subplots()
     for points, shade in zip(poses, np.linspace(0.2, 1, count), strict=True):
-        _draw_links(ax, points, linewidth=5, alpha=shade)
+        draw_links(ax, points, linewidth=5, alpha=shade)
     ax.plot([-0.1, 0.1], [0, 0], color=COLORS["grey"], linewidth=3)
     ax.set(aspect="equal", xlabel="m", ylabel="m", ylim=(-0.05, None))
-    last = np.abs(np.degrees(angles[-1, 1:]))
-    bent = ", ".join(f"{bend:.0f}" for bend in last)
+    bent = ", ".join(f"{bend:.0f}" for bend in np.abs(np.degrees(angles[-1, 1:])))
     return describe(
         fig,
         f"The {rig.name} pendulum falls within {t[-1]:.2f} s; the last {every * (count - 1):.2f} s are "
@@ -97,7 +95,7 @@ def modes(rig, lean=0.4):
         shape = vectors[:n, i].real
         largest = shape[np.abs(shape).argmax()]
         at = joints(rig, lean * shape / np.abs(np.cumsum(shape)).max() * np.sign(largest))
-        _draw_links(ax, at, linewidth=4, marker="o", markersize=4)
+        draw_links(ax, at, linewidth=4, marker="o", markersize=4)
         ax.plot([0, 0], [0, at[:, 1].max()], color="0.6", linestyle="--", linewidth=1)
         ax.set(xlim=(-0.45, 0.45), ylim=(-0.05, 0.95), aspect="equal", xticks=[], yticks=[])
         ax.set_title(f"$s$ = {values[i].real:.3g}/s\n{1 / abs(values[i]):.2g} s", fontsize=10)
@@ -124,22 +122,18 @@ def block_chains(rows, caption="", alt=""):
     >>> block_chains([[(r"$\\Phi B$", "$x$"), ("$-F$", "$u_r$")]], "From u to u_r.").caption
     'From u to u_r.'
     """
-    if (
-        not _some(rows)
-        or len(rows) > 10
-        or not all(_some(row) and all(map(_pair, row)) for row in rows)
-    ):
+    if not (_some(rows) and all(_some(row) and all(map(_pair, row)) for row in rows)) or rows[10:]:
         raise ValueError(
             'rows: expected 1 to 10 lists of pairs of texts such as [[("$-F$", "$u_r$")]], '
             f"{found(rows)}."
         )
-    fig, ax = canvas(9, 0.95 * len(rows))
+    diagram = Diagram(9, 0.95 * len(rows))
     for i, blocks in enumerate(rows):
         y = 0.95 * (len(rows) - i) - 0.52
         if len(rows) > 1:
-            ax.text(0.1, y, f"({'abcdefghij'[i]})", va="center", color=INK)
-        chain(ax, 0.5, 9 - 0.4, y, "$u$", blocks)
-    return describe(fig, caption, alt)
+            note(diagram.ax, 0.1, y, f"({'abcdefghij'[i]})", ha="left")
+        chain(diagram, 0.5, 9 - 0.4, y, "$u$", blocks)
+    return describe(diagram.fig, caption, alt)
 
 
 def _some(value):
@@ -148,9 +142,3 @@ def _some(value):
 
 def _pair(block):
     return _some(block) and len(block) == 2 and all(isinstance(text, str) for text in block)
-
-
-def _draw_links(ax, points, **line):
-    """Links between points (n+1, 2), each in the colour of its angle."""
-    for i, ends in enumerate(pairwise(points), 1):
-        ax.plot(*zip(*ends), color=link_color(i), solid_capstyle="round", **line)

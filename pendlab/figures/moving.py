@@ -5,7 +5,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._arguments import array, found, number, text
+from .._arguments import array, instance, number, text
 from ..parameters import Pendulum
 from .style import COLORS, angle_name, image_html, look, styled
 
@@ -14,23 +14,7 @@ FPS = 25  # frames per second of an animation as it is played
 
 def check_rig(rig):
     """`rig` itself, or a sentence on what it should have been."""
-    if not isinstance(rig, Pendulum):
-        raise TypeError(
-            f'rig: expected a pl.Pendulum, {found(rig)}; try pl.load("double") or pl.load("triple").'
-        )
-    return rig
-
-
-def check_angles(rig, angles):
-    """Relative angles of one moment, shape (n,), rad."""
-    n = check_rig(rig).n_links
-    angles = array("angles", angles)
-    if angles.shape != (n,):
-        raise ValueError(
-            f"angles: expected {n} relative angles in rad, one per link of {rig.name!r}, "
-            f"found shape {angles.shape}; angles of several moments go in one by one."
-        )
-    return angles
+    return instance("rig", rig, Pendulum, 'pl.load("double") or pl.load("triple")')
 
 
 def joints(rig, angles):
@@ -68,6 +52,19 @@ def link_color(i):
     return look(angle_name((i - 1) % 6 + 1))["color"]
 
 
+def draw_links(ax, points, **line):
+    """Links between points (n+1, 2), each in the colour of its angle; returns their lines."""
+    return [
+        ax.plot(*zip(*ends), color=link_color(i), solid_capstyle="round", **line)[0]
+        for i, ends in enumerate(pairwise(points), 1)
+    ]
+
+
+def _faces(rig):
+    """Colours of the hinges: filled where a motor is, open where it turns freely."""
+    return ["black" if 1 <= i <= rig.n_motors else "white" for i in range(rig.n_links)]
+
+
 @styled()
 def draw_pendulum(ax, rig, angles):
     """Draw the rig at relative angles and return ``update(angles)``, which moves the drawing.
@@ -81,37 +78,18 @@ def draw_pendulum(ax, rig, angles):
     rig : Pendulum with n links
     angles : (n,) relative angles, rad
     """
-    check_angles(rig, angles)
-    n = rig.n_links
+    n = check_rig(rig).n_links
     reach = sum(link.length for link in rig.links)
     ax.set_axis_off()
-    ax.set_aspect("equal")
-    ax.set_xlim(-1.08 * reach, 1.08 * reach)
-    ax.set_ylim(-0.15 * reach, 1.08 * reach)
+    ax.set(xlim=(-1.08 * reach, 1.08 * reach), ylim=(-0.15 * reach, 1.08 * reach), aspect="equal")
     ax.plot([-0.15 * reach, 0.15 * reach], [0, 0], color=COLORS["grey"], linewidth=3, zorder=1)
     ax.plot([0, 0], [0, 1.04 * reach], color=COLORS["grey"], linewidth=0.8, linestyle=":", zorder=1)
-    links = [
-        ax.plot([], [], color=link_color(i + 1), linewidth=5, solid_capstyle="round", zorder=2)[0]
-        for i in range(n)
-    ]
-    driven = range(1, rig.n_motors + 1)
-    hinges = [
-        ax.plot(
-            [],
-            [],
-            marker="o",
-            linestyle="none",
-            markersize=8,
-            markeredgewidth=1.6,
-            markeredgecolor="black",
-            markerfacecolor="black" if i in driven else "white",
-            zorder=3,
-        )[0]
-        for i in range(n)
-    ]
+    links = draw_links(ax, np.zeros((n + 1, 2)), linewidth=5, zorder=2)
+    hinge = dict(markersize=8, markeredgewidth=1.6, markeredgecolor="black", zorder=3)
+    hinges = [ax.plot([], [], "o", markerfacecolor=face, **hinge)[0] for face in _faces(rig)]
 
     def update(angles):
-        points = joints(rig, check_angles(rig, angles))
+        points = joints(rig, array("angles", angles, (n,)))
         for i in range(n):
             links[i].set_data(*points[i : i + 2].T)
             hinges[i].set_data(*points[i : i + 1].T)
@@ -159,26 +137,20 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
     largest = ", ".join(
         f"{angle_name(i + 1)} {np.abs(angles[:, i]).max():.3f} rad" for i in range(n)
     )
-    moving = f'dur="{playing:.2f}s" repeatCount="indefinite"'
-    head = (
+    clock = f'dur="{playing:.2f}s" repeatCount="indefinite"'
+    moving = [_link(points[:, i : i + 2], link_color(i + 1), clock) for i in range(n)]
+    moving += [_hinge(points[:, i], face, clock) for i, face in enumerate(_faces(rig))]
+    x, y = ground
+    return (
         f'<svg xmlns="http://www.w3.org/2000/svg" role="img" width="{width:g}" height="{height:g}"'
         f' viewBox="0 0 {width:g} {height:g}">'
         f"<title>{escape(title)}</title>"
         f"<desc>Moving drawing of {n} links over {ends}, at {speed:g} times real speed. "
         f"Largest angles: {escape(largest)}.</desc>"
-        f'<rect width="{width:g}" height="{height:g}" fill="white"/>'
+        f'<rect width="{width:g}" height="{height:g}" fill="white"/>{STILL}{_positions(points)}'
+        f'<path d="M{x - 40:.1f} {y:.1f}h80" stroke="{COLORS["grey"]}" stroke-width="4"/>'
+        f"<g class='m'>{''.join(moving)}{_time_bar(width, height, ends, clock)}</g></svg>"
     )
-    base_x, base_y = ground
-    floor = (
-        f'<path d="M{base_x - 40:.1f} {base_y:.1f}h80" stroke="{COLORS["grey"]}" stroke-width="4"/>'
-    )
-    links = "".join(_moving_link(points[:, i : i + 2], link_color(i + 1), moving) for i in range(n))
-    hinges = "".join(
-        _moving_hinge(points[:, i], "black" if 1 <= i <= rig.n_motors else "white", moving)
-        for i in range(n)
-    )
-    bar = _time_bar(width, height, ends, moving)
-    return f"{head}{STILL}{_positions(points)}{floor}<g class='m'>{links}{hinges}{bar}</g></svg>"
 
 
 # Of the two drawings one is shown: the moving one, or positions that stand still.
@@ -241,35 +213,31 @@ def _to_pixels(rig, points, width, height):
     return origin + scale * points * [1, -1], origin
 
 
-def _moving_link(ends, color, moving):
+def _animate(attribute, values, clock):
+    return f'<animate attributeName="{attribute}" {clock} values="{";".join(values)}"/>'
+
+
+def _link(ends, color, clock):
     values = [" ".join(f"{x:.1f},{y:.1f}" for x, y in pair) for pair in ends]
     return (
         f'<polyline points="{values[0]}" fill="none" stroke="{color}" stroke-width="7" '
-        f'stroke-linecap="round"><animate attributeName="points" {moving} '
-        f'values="{";".join(values)}"/></polyline>'
+        f'stroke-linecap="round">{_animate("points", values, clock)}</polyline>'
     )
 
 
-def _moving_hinge(centres, fill, moving):
-    x, y = centres[0]
-    circle = (
-        f'<circle cx="{x:.1f}" cy="{y:.1f}" r="5" fill="{fill}" stroke="black" stroke-width="2"'
-    )
+def _hinge(centres, fill, clock):
+    x, y = ([f"{value:.1f}" for value in column] for column in centres.T)
+    circle = f'<circle cx="{x[0]}" cy="{y[0]}" r="5" fill="{fill}" stroke="black" stroke-width="2"'
     if np.ptp(centres, axis=0).max() == 0:
         return circle + "/>"
-    path = "".join(
-        f'<animate attributeName="{name}" {moving} '
-        f'values="{";".join(f"{value:.1f}" for value in column)}"/>'
-        for name, column in zip(("cx", "cy"), centres.T)
-    )
-    return f"{circle}>{path}</circle>"
+    return f"{circle}>{_animate('cx', x, clock)}{_animate('cy', y, clock)}</circle>"
 
 
-def _time_bar(width, height, ends, moving):
+def _time_bar(width, height, ends, clock):
     y, full = height - 10, width - 28
+    rect = f'<rect x="14" y="{y:g}" width="{full:g}" height="4" fill='
     return (
         f'<text x="14" y="{y - 6:g}" font-family="DejaVu Sans, sans-serif" font-size="13">{ends}'
-        f'</text><rect x="14" y="{y:g}" width="{full:g}" height="4" fill="{COLORS["pale"]}"/>'
-        f'<rect x="14" y="{y:g}" width="{full:g}" height="4" fill="{COLORS["grey"]}">'
-        f'<animate attributeName="width" {moving} values="0;{full:g}"/></rect>'
+        f'</text>{rect}"{COLORS["pale"]}"/>{rect}"{COLORS["grey"]}">'
+        f"{_animate('width', ['0', f'{full:g}'], clock)}</rect>"
     )

@@ -1,29 +1,17 @@
-"""Schematic of a rig from its parameters (Figs 2, 3), for any number of links.
-
-The other drawings, apparatus (Fig 1), block diagrams (Figs 4, 5, 9) and moving pendulum, are at
-hand here too.
-"""
+"""Schematic of a rig from its parameters (Figs 2, 3), for any number of links."""
 
 import math
 
 import numpy as np
 from matplotlib.patches import Arc
 
-from .apparatus import apparatus, plural
-from .blocks import INK, apparatus_blocks, canvas, observer_blocks, triple_loops
-from .moving import animate_svg, check_angles, check_rig, draw_pendulum, joints, link_color
+from .._arguments import array
+from .apparatus import plural
+from .moving import check_rig, joints, link_color
+from .sketch import INK, arrow, canvas, line, note
 from .style import COLORS, angle_name, describe, look, styled
 
-__all__ = [
-    "animate_svg",
-    "apparatus",
-    "apparatus_blocks",
-    "draw_pendulum",
-    "joints",
-    "observer_blocks",
-    "schematic",
-    "triple_loops",
-]
+ON_WHITE = dict(facecolor="white", edgecolor="none", pad=0.8)
 
 
 @styled()
@@ -42,33 +30,22 @@ def schematic(rig, angles=None):
     if angles is None:
         # Bent outwards, so that dimensions on the outer side do not meet.
         angles = [0.2] + [1 / n] * (n - 1)
-    angles = check_angles(rig, angles)
+    angles = array("angles", angles, (n,))
     theta, points = np.cumsum(angles), joints(rig, angles)
     fig, ax = canvas(7, 5.8)
     unit = _frame(ax, points, min(link.length for link in rig.links))
-    ground = points[0][1]
-    ax.plot([-0.6 * unit, 0.6 * unit], [ground, ground], color=COLORS["grey"], linewidth=3)
+    line(ax, (-0.6 * unit, 0), (0.6 * unit, 0), color=COLORS["grey"], linewidth=3)
     for i, link in enumerate(rig.links, 1):
-        _link(ax, i, link, points[i - 1], points[i], theta[i - 1], unit, i == n, n <= 4)
-    for i in range(1, n + 1):
+        _link(ax, i, link, points[i - 1 : i + 1], theta[i - 1], unit, rig)
         driven = 2 <= i <= rig.n_motors + 1
-        ax.plot(
-            *points[i - 1],
-            marker="o",
-            markersize=9,
-            markeredgewidth=1.6,
-            zorder=6,
-            markeredgecolor="black",
-            markerfacecolor="black" if driven else "white",
-        )
+        _mark(ax, points[i - 1], color="black" if driven else "white", markeredgewidth=1.6)
         if driven:
-            _torque(ax, i - 1, points[i - 1], theta[i - 2], unit)
+            _torque(ax, i - 1, points[i - 1], unit)
         if 1 < i == n <= 3:  # elsewhere there is no room for it
             _relative(ax, i, points[i - 1], theta[i - 2 : i], unit)
     _values(fig, rig)
     mass, height = _upright_centre(rig)
-    number = {2: "2", 3: "3"}.get(n)
-    head = f"Fig {number}. " if number else ""
+    head = f"Fig {n}. " if n in (2, 3) else ""
     return describe(
         fig,
         f"{head}Upright, the {rig.name} pendulum carries {mass:.3g} kg centred {height:.3g} m above "
@@ -97,8 +74,7 @@ def _upright_centre(rig):
 def _frame(ax, points, shortest):
     """Limits that put the drawing on the left of the page; returns the unit of its fittings."""
     (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
-    width, height = 7.0, 5.8
-    edge = 0.5
+    width, height, edge = 7.0, 5.8, 0.5
     scale = min(
         (4.2 - 2 * edge - 0.3) / max(right - left, 1e-9),
         (height - 2 * edge) / max(high - low, 1e-9),
@@ -109,153 +85,98 @@ def _frame(ax, points, shortest):
     return min(shortest, 1.1 / scale)
 
 
-def _link(ax, i, link, lower, upper, theta, unit, last, named):
-    """One link with its dimensions; those stand on the side away from the vertical."""
-    color = link_color(i)
-    along = np.array([math.sin(theta), math.cos(theta)])
-    side = np.array([along[1], -along[0]]) * (1 if theta >= 0 else -1)
-    ax.plot(
-        *zip(lower, upper),
-        color=color,
-        linewidth=0.55 * _size(ax, unit),
-        solid_capstyle="round",
-        zorder=3,
-    )
-    centre = lower + link.com * along
-    ax.plot(*centre, marker="o", markersize=9, color="white", markeredgecolor=INK, zorder=5)
-    ax.plot(*centre, marker="+", markersize=9, color=INK, zorder=6)
-    # to the left of the link, above the arc of its angle
-    if named:
-        name = centre - 0.13 * unit * side
-        ax.text(*name, f"$m_{i}, I_{i}$", ha="right" if theta >= 0 else "left", va="center")
-    ax.plot(
-        [lower[0]] * 2,
-        [lower[1], lower[1] + 0.62 * unit],
-        color=COLORS["grey"],
-        linestyle="--",
-        linewidth=1.1,
-        zorder=2,
-    )
-    _angle(ax, i, lower, theta, 0.5 * unit)
-    _dimension(ax, f"$a_{i}$", lower, centre, 0.17 * unit * side, unit)
-    if not last:
-        _dimension(ax, f"$l_{i}$", lower, upper, 0.47 * unit * side, unit)
-
-
 def _size(ax, unit):
     """Font size that suits fittings of this unit (m): 11 points, less where links are short."""
-    inches = unit * 7.0 / (ax.get_xlim()[1] - ax.get_xlim()[0])
+    inches = unit * 7.0 / np.ptp(ax.get_xlim())
     return min(11.0, max(7.5, 12.5 * inches))
+
+
+def _away(theta, distance):
+    """The step of a distance in the direction that leans by theta from the vertical."""
+    return distance * np.array([math.sin(theta), math.cos(theta)])
+
+
+def _link(ax, i, link, ends, theta, unit, rig):
+    """One link with its dimensions; those stand on the side away from the vertical."""
+    lower, upper = ends
+    side = _away(theta + math.copysign(math.pi / 2, theta), unit)
+    width = 0.55 * _size(ax, unit)
+    line(ax, *ends, color=link_color(i), linewidth=width, solid_capstyle="round", zorder=3)
+    centre = lower + _away(theta, link.com)
+    _mark(ax, centre, color="white", markeredgecolor=INK, zorder=5)
+    _mark(ax, centre, marker="+")
+    # to the left of the link, above the arc of its angle
+    if rig.n_links <= 4:
+        name = centre - 0.13 * side
+        note(ax, *name, f"$m_{i}, I_{i}$", ha="right" if theta >= 0 else "left")
+    upright = lower + _away(0, 0.62 * unit)
+    line(ax, lower, upright, color=COLORS["grey"], linestyle="--", linewidth=1.1, zorder=2)
+    _angle(ax, i, lower, theta, 0.5 * unit)
+    _dimension(ax, f"$a_{i}$", lower, centre, 0.17 * side, unit)
+    if i < rig.n_links:
+        _dimension(ax, f"$l_{i}$", lower, upper, 0.47 * side, unit)
+
+
+def _mark(ax, at, **style):
+    """A hinge or a centre of mass."""
+    style = {"marker": "o", "markersize": 9, "markeredgecolor": "black", "zorder": 6, **style}
+    ax.plot(*at, **style)
+
+
+def _arc(ax, at, radius, angles, **style):
+    """An arc between two angles from the vertical, rad."""
+    ends = sorted(90.0 - math.degrees(angle) for angle in angles)
+    ax.add_patch(Arc(at, 2 * radius, 2 * radius, theta1=ends[0], theta2=ends[1], **style))
 
 
 def _angle(ax, i, at, theta, radius):
     """The arc from the vertical to the link."""
-    first, last = sorted([90.0, 90.0 - math.degrees(theta)])
-    ax.add_patch(
-        Arc(at, 2 * radius, 2 * radius, theta1=first, theta2=last, color=INK, linewidth=1.3)
-    )
+    _arc(ax, at, radius, (0.0, theta), color=INK, linewidth=1.3)
     # A narrow angle has no room for its name, which then stands across the vertical.
     turn, reach = (theta / 2, 0.74) if abs(theta) > 0.45 else (math.copysign(0.45, -theta), 0.6)
-    ax.text(
-        at[0] + math.sin(turn) * reach * radius,
-        at[1] + math.cos(turn) * reach * radius,
-        rf"$\theta_{i}$",
-        ha="center",
-        va="center",
-        fontsize=_size(ax, 2 * radius),
-        zorder=7,
-        bbox=dict(facecolor="white", edgecolor="none", pad=0.4),
-    )
+    size = _size(ax, 2 * radius)
+    place = at + _away(turn, reach * radius)
+    note(ax, *place, rf"$\theta_{i}$", fontsize=size, zorder=7, bbox={**ON_WHITE, "pad": 0.4})
 
 
 def _relative(ax, i, at, theta, unit):
     """Link i-1 drawn on, dotted, and the arc from there to link i: what a potentiometer reads."""
-    before, after = theta
-    far, radius = 1.1 * unit, 0.9 * unit
-    ax.plot(
-        [at[0], at[0] + far * math.sin(before)],
-        [at[1], at[1] + far * math.cos(before)],
-        color=link_color(i - 1),
-        linestyle=":",
-        linewidth=1.6,
-        zorder=2,
-    )
-    first, last = sorted(90.0 - math.degrees(angle) for angle in (before, after))
-    ax.add_patch(
-        Arc(at, 2 * radius, 2 * radius, theta1=first, theta2=last, color=link_color(i), linewidth=2)
-    )
-    ax.text(
-        at[0] + far * math.sin(before) - 0.06 * unit,
-        at[1] + (far - 0.15 * unit) * math.cos(before),
-        look(angle_name(i))["label"] if i <= 6 else "",
-        ha="right",
-        va="center",
-        color=link_color(i),
-        fontsize=1.15 * _size(ax, 2 * radius),
-        zorder=7,
-    )
+    on, size = at + _away(theta[0], 1.1 * unit), 1.15 * _size(ax, 1.8 * unit)
+    line(ax, at, on, color=link_color(i - 1), linestyle=":", linewidth=1.6, zorder=2)
+    _arc(ax, at, 0.9 * unit, theta, color=link_color(i), linewidth=2)
+    x, y = on - [0.06 * unit, 0.15 * unit * math.cos(theta[0])]
+    text = look(angle_name(i))["label"] if i <= 6 else ""
+    note(ax, x, y, text, ha="right", color=link_color(i), fontsize=size, zorder=7)
 
 
 def _dimension(ax, text, start, end, offset, unit):
     """A dimension line beside a link, with its two extension lines."""
-    a, b = start + offset, end + offset
-    for point in (start, end):
-        ax.plot(
-            *zip(point + 0.25 * offset, point + 1.08 * offset),
-            color=COLORS["grey"],
-            linewidth=0.8,
-            zorder=1,
-        )
-    style = dict(
-        arrowstyle="<|-|>", color=INK, linewidth=1.0, shrinkA=0, shrinkB=0, mutation_scale=9
-    )
-    ax.annotate("", b, a, arrowprops=style)
-    ax.text(
-        *(a + b) / 2,
-        text,
-        ha="center",
-        va="center",
-        zorder=7,
-        fontsize=_size(ax, unit),
-        bbox=dict(facecolor="white", edgecolor="none", pad=0.8),
-    )
+    for at in (start, end):
+        beside = at + 0.25 * offset, at + 1.08 * offset
+        line(ax, *beside, color=COLORS["grey"], linewidth=0.8, zorder=1)
+    ends = start + offset, end + offset
+    arrow(ax, *ends, heads="<|-|>", size=9, linewidth=1.0)
+    note(ax, *np.mean(ends, axis=0), text, fontsize=_size(ax, unit), zorder=7, bbox=ON_WHITE)
 
 
-def _torque(ax, i, at, theta, unit):
+def _torque(ax, i, at, unit):
     """A clockwise arrow round a driven hinge: positive torque on the upper of its two links."""
     radius = 0.24 * unit
-    bend = np.radians(np.linspace(215, 125, 30))
-    xs, ys = at[0] + radius * np.cos(bend), at[1] + radius * np.sin(bend)
-    color = look("u1")["color"]
-    ax.plot(xs, ys, color=color, linewidth=2, zorder=4)
-    ax.annotate(
-        "",
-        (xs[-1] + 0.02 * unit, ys[-1] + 0.015 * unit),
-        (xs[-3], ys[-3]),
-        zorder=4,
-        arrowprops=dict(arrowstyle="-|>", color=color, mutation_scale=14, shrinkA=0, shrinkB=0),
-    )
-    ax.text(
-        at[0] - 1.2 * radius,
-        at[1] + 0.55 * radius,
-        f"$T_{i}$",
-        ha="right",
-        va="center",
-        fontsize=_size(ax, unit),
-        zorder=7,
-    )
+    bend = [at + _away(angle, radius) for angle in np.radians(np.linspace(-125, -28, 10))]
+    arrow(ax, *bend, size=10, color=look("u1")["color"], linewidth=2, zorder=4)
+    x, y = at + [-1.2 * radius, 0.55 * radius]
+    note(ax, x, y, f"$T_{i}$", ha="right", fontsize=_size(ax, unit), zorder=7)
 
 
 def _values(fig, rig):
     """The column of values at the right of the page, upper links above lower ones."""
     n = rig.n_links
-    left, size, line = (0.645, 10, 0.038) if n <= 4 else (0.615, 9, 0.032)
+    left, size, pitch = (0.645, 10, 0.038) if n <= 4 else (0.615, 9, 0.032)
+    head = dict(weight="bold", va="top", fontsize=size + 1)
     y = 0.95
     for i in range(n, 0, -1):
         link, drawn = rig.links[i - 1], " (drawn only)" if i == n else ""
-        fig.text(
-            left, y, f"link {i}", color=link_color(i), weight="bold", va="top", fontsize=size + 1
-        )
+        fig.text(left, y, f"link {i}", color=link_color(i), **head)
         rows = [
             f"$l_{i}$ = {link.length:g} m{drawn}",
             f"$a_{i}$ = {link.com:.4g} m,  $m_{i}$ = {link.mass:.4g} kg",
@@ -264,11 +185,11 @@ def _values(fig, rig):
         if n > 4:  # two links' worth of lines in the space of one
             rows = [rows[1], f"{rows[0]},  {rows[2]}".replace(" (drawn only)", "")]
         for row, text in enumerate(rows, 1):
-            fig.text(left, y - (row + 0.1) * line, text, fontsize=size, va="top")
-        y -= (len(rows) + 1.55) * line
-    fig.text(left, y, "motors at standstill", weight="bold", va="top", fontsize=size + 1)
+            fig.text(left, y - (row + 0.1) * pitch, text, fontsize=size, va="top")
+        y -= (len(rows) + 1.55) * pitch
+    fig.text(left, y, "motors at standstill", **head)
     for i in range(rig.n_motors, 0, -1):
-        y -= 1.1 * line
+        y -= 1.1 * pitch
         limit = rig.u_max[i - 1]
         bound = f",  $|u_{i}|$ ≤ {limit:g} V" if math.isfinite(limit) else ""
         text = f"$T_{i}$ = {rig.motors[i - 1].gain:.3g} $u_{i}$ N m{bound}"

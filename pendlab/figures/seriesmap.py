@@ -3,11 +3,11 @@
 from itertools import pairwise
 
 import numpy as np
-from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 
 from ..parameters import load
 from .moving import draw_pendulum
-from .style import COLORS, describe, look, new_figure, styled
+from .sketch import arrow, box, canvas, note
+from .style import COLORS, describe, look, styled
 
 WIDTH, HEIGHT = 2.1, 2.2  # of a box, inches
 
@@ -65,20 +65,17 @@ STOPS = (
 @styled()
 def series_map():
     """One picture of the series: eight notebooks in the order in which the data flow."""
-    fig = new_figure(10, 5.4, layout=None)
-    ax = fig.add_axes((0, 0, 1, 1))
-    ax.set(xlim=(0, 10), ylim=(0, 5.4))
-    ax.axis("off")
+    fig, ax = canvas(10, 5.4)
     places = [(0.2 + 2.5 * (k % 4), 2.95 - 2.75 * (k // 4)) for k in range(len(STOPS))]
     for (x, y), stop in zip(places, STOPS, strict=True):
         _box(fig, ax, x, y, *stop)
     for (x, y), (x_next, y_next) in pairwise(places):
         if y_next == y:
-            _arrow(ax, [(x + WIDTH + 0.04, y + HEIGHT / 2), (x_next - 0.04, y + HEIGHT / 2)])
+            way = (x + WIDTH + 0.04, y + HEIGHT / 2), (x_next - 0.04, y + HEIGHT / 2)
         else:
             turn, x, x_next = y - 0.27, x + WIDTH / 2, x_next + WIDTH / 2
-            ax.plot([x, x, x_next], [y - 0.04, turn, turn], color=COLORS["blue"], linewidth=1.5)
-            _arrow(ax, [(x_next, turn), (x_next, y_next + HEIGHT + 0.02)])
+            way = (x, y - 0.04), (x, turn), (x_next, turn), (x_next, y_next + HEIGHT + 0.02)
+        arrow(ax, *way, size=14, color=COLORS["blue"])
     return describe(
         fig,
         "The series follows the data: from the parameters of the rig through equations, models, "
@@ -90,27 +87,12 @@ def series_map():
 
 
 def _box(fig, ax, x, y, name, title, does, draw):
-    look = dict(facecolor="white", edgecolor=COLORS["blue"], linewidth=1.5)
-    shape = "round,pad=0,rounding_size=0.08"
-    ax.add_patch(FancyBboxPatch((x, y), WIDTH, HEIGHT, boxstyle=shape, **look))
-    ax.text(x + 0.1, y + HEIGHT - 0.25, f"{name}  {title}", weight="bold", fontsize=14, va="center")
-    ax.text(x + 0.1, y + 0.22, does, fontsize=12, va="center")
-    sign = fig.add_axes(
-        ((x + 0.15) / 10, (y + 0.45) / 5.4, (WIDTH - 0.3) / 10, (HEIGHT - 0.95) / 5.4)
-    )
+    line = dict(edgecolor=COLORS["blue"], linewidth=1.5)
+    box(ax, x + WIDTH / 2, y + HEIGHT / 2, WIDTH, HEIGHT, rounded=0.08, **line)
+    head = dict(weight="bold", fontsize=14)
+    note(ax, x + 0.1, y + HEIGHT - 0.25, f"{name}  {title}", ha="left", **head)
+    note(ax, x + 0.1, y + 0.22, does, ha="left", fontsize=12)
+    place = np.array([x + 0.15, y + 0.45, WIDTH - 0.3, HEIGHT - 0.95]) / [10, 5.4, 10, 5.4]
+    sign = fig.add_axes(place)
     draw(sign)
     sign.axis("off")
-
-
-def _arrow(ax, ends):
-    ax.add_patch(
-        FancyArrowPatch(
-            *ends,
-            arrowstyle="-|>",
-            mutation_scale=14,
-            color=COLORS["blue"],
-            shrinkA=0,
-            shrinkB=0,
-            linewidth=1.5,
-        )
-    )
