@@ -701,6 +701,7 @@ OTHER_FORM = {
     "B.1": lambda: ((remainder() * 3 - remainder()) / 2,),
     "B.2": lambda: (dict(reversed(rules().items())), sp.Integer(0)),
     "01.2": lambda: (" Forwards ",),
+    "01.5": lambda: (np.array([tube_length()]),),
     "02.3": lambda: (-bend(),),
     "05.2": lambda: (replace(reweighted(30), Q=(1.0, 100, 0, 0.01, 30)),),
     "05.3": lambda: (["No", "YES"],),
@@ -749,6 +750,7 @@ WRONG = {
         (lambda: (np.log(2) / rates(ADA3)[0],), "in seconds"),
         (lambda: (np.log(2) / rates("triple")[0] / TS,), "paper's rig", pl.load("triple")),
         (lambda: (np.log(2) / rates("triple")[0] / TS,), "near"),
+        (lambda: (np.log(2) / rates(ADA)[0] / TS,), "about the triple", ADA),
     ],
     "01.2": [
         (lambda: ("backwards",), "centre of mass"),
@@ -998,6 +1000,7 @@ WRONG = {
         (lambda: start(5.0).model.A @ kalman(), "prediction"),
         (lambda: kalman().T, "transposed"),
         (lambda: np.zeros((4, 6)), "shape"),
+        (lambda: kalman() * (np.arange(6) > 0)[:, None], "entry (0,"),
     ],
     "hw3.2": [
         (lambda: start(5.0).controller.system, "u = -P y"),

@@ -73,6 +73,8 @@ def exercise_1(M, rig=None):
              "already be used."),
             (unsquared, "V holds variances, the squares of the standard deviations."),
         ],
+        tolerance=2e-2,  # two digits, as four decimals show of the smallest
+        each=True,
     )  # fmt: skip
 
 

@@ -90,6 +90,8 @@ def _compare(name, answer, truth, mistakes, tolerance, praise, each):
         if np.iscomplexobj(truth)
         else array(name, answer, finite=False)
     )
+    if truth.ndim == 0 and answer.size == 1:
+        answer = answer.reshape(())  # as solvers return one number
     if not np.all(np.isfinite(answer)):
         return Verdict(False, f"{name} holds nan or inf; something was divided by zero on the way.")
     if answer.shape == truth.shape and close(answer, truth, tolerance, each):
@@ -99,7 +101,8 @@ def _compare(name, answer, truth, mistakes, tolerance, praise, each):
         if answer.shape == value.shape and close(answer, value, tolerance, each):
             return Verdict(False, hint)
     if answer.shape != truth.shape:
-        return Verdict(False, f"{name} should have shape {truth.shape}, yours has {answer.shape}.")
+        wanted = f"have shape {truth.shape}" if truth.ndim else "be one number"
+        return Verdict(False, f"{name} should {wanted}, yours has shape {answer.shape}.")
     if answer.size > 1:
         off = np.abs(answer - truth) / (np.abs(truth) + 1e-12 if each else 1)
         wrong = int(np.argmax(off.ravel()))
@@ -161,6 +164,10 @@ def on(base, own=None, who=None):
                 )
             if rig is None:
                 rig = my_rig(who, base) if who else load(base)
+            if rig.n_links != load(base).n_links:
+                return Verdict(
+                    False, f"This is about the {base}; your rig has {rig.n_links} links."
+                )
             return function(*answer, rig=rig)
 
         return check
