@@ -1,7 +1,4 @@
-"""Equations of motion of an n-link pendulum, derived by SymPy from its energies (Appendix A).
-
-This is the only module that imports SymPy; `numeric` functions cross the border to NumPy once.
-"""
+"""Equations of motion of an n-link pendulum, derived by SymPy from its energies (Appendix A)."""
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -19,7 +16,7 @@ class EquationsOfMotion:
     Attributes
     ----------
     q, v, u : angles (rad), angular rates (rad/s), motor voltages (V), as n x 1 or m x 1 matrices
-    parameters : symbols by the names of `Link` and `Motor` fields, such as
+    parameters : symbols by the fields of `Link` and, behind ``motor_``, of `Motor`, such as
         ``parameters["mass"][0]`` = m1; and ``parameters["g"]``
     kinetic, potential : energies, J, including the reflected inertia of the rotors
     dissipation : Rayleigh's function, W (half the power lost to viscous friction)
@@ -58,6 +55,7 @@ class EquationsOfMotion:
         """The numbers of `rig` for `symbols`."""
         return parameter_values(instance("rig", rig, Pendulum, 'pl.load("double")'))
 
+    # Each crosses the border from SymPy to NumPy once.
     @cached_property
     def linear(self):
         """NumPy function of `symbols` that returns W, M, N, P, H."""
@@ -75,25 +73,15 @@ class EquationsOfMotion:
         return sp.lambdify((list(self.q), list(self.v), self.symbols), self.energy, cse=True)
 
 
-# name here -> (field of Link or Motor, the paper's letter)
-LINK_SYMBOLS = {
-    "length": ("length", "l"),
-    "mass": ("mass", "m"),
-    "inertia": ("inertia", "I"),
-    "com": ("com", "a"),
-    "friction": ("friction", "C"),
-}
-MOTOR_SYMBOLS = {
-    "motor_damping": ("damping", "c_p"),
-    "motor_inertia": ("inertia", "I_p"),
-    "motor_gain": ("gain", "G"),
-}
+# Field of Link or Motor -> the paper's letter.
+LINK_LETTERS = dict(length="l", mass="m", inertia="I", com="a", friction="C")
+MOTOR_LETTERS = dict(damping="c_p", inertia="I_p", gain="G")
 
 
 def parameter_values(rig):
     """The numbers of `rig` in the order of `EquationsOfMotion.symbols`."""
-    flat = [getattr(part, name) for name, _ in LINK_SYMBOLS.values() for part in rig.links]
-    flat += [getattr(part, name) for name, _ in MOTOR_SYMBOLS.values() for part in rig.motors]
+    flat = [getattr(link, name) for name in LINK_LETTERS for link in rig.links]
+    flat += [getattr(motor, name) for name in MOTOR_LETTERS for motor in rig.motors]
     return (*map(float, flat), rig.g)
 
 
@@ -109,13 +97,7 @@ def derive(n_links, n_motors):
     n_links : whole number >= 2 (1 gives the simple pendulum)
     n_motors : whole number from 0 (free pendulum) to n_links - 1
 
-    Returns
-    -------
-    EquationsOfMotion
-
-    References
-    ----------
-    Appendix A of the paper, equations (i)-(iii).
+    Source: Appendix A of the paper, equations (i)-(iii).
 
     >>> derive(2, 1).H
     Matrix([
@@ -134,12 +116,10 @@ def derive(n_links, n_motors):
 @lru_cache
 def _derive(n, m):
     q, v, u = _column("theta", n), _column("omega", n), _column("u", m)
-    parameters = {name: _row(letter, n) for name, (_, letter) in LINK_SYMBOLS.items()}
-    parameters |= {name: _row(letter, m) for name, (_, letter) in MOTOR_SYMBOLS.items()}
+    parameters = {name: _row(letter, n) for name, letter in LINK_LETTERS.items()}
+    parameters |= {f"motor_{name}": _row(letter, m) for name, letter in MOTOR_LETTERS.items()}
+    lengths, masses, inertias, coms, frictions, dampings, rotors, gains = parameters.values()
     parameters["g"] = g = sp.Symbol("g", positive=True)
-    lengths, masses, inertias, coms, frictions, dampings, rotors, gains = (
-        group for name, group in parameters.items() if name != "g"
-    )
     W = sp.Matrix(n, n, lambda i, j: int(i == j) - int(i == j + 1))
     relative_rates = W * v
 
@@ -164,23 +144,11 @@ def _derive(n, m):
     bias = momentum_bias + _gradient(potential, q) + _gradient(dissipation, v)
     bias = bias.applyfunc(sp.expand)
 
-    upright = {**dict.fromkeys(q, 0), **dict.fromkeys(v, 0)}
-    return EquationsOfMotion(
-        q=q,
-        v=v,
-        u=u,
-        parameters=parameters,
-        kinetic=kinetic,
-        potential=potential,
-        dissipation=dissipation,
-        mass_matrix=mass_matrix,
-        bias=bias,
-        W=W,
-        M=mass_matrix.subs(upright),
-        N=bias.jacobian(v).subs(upright),
-        P=bias.jacobian(q).subs(upright),
-        H=sp.Matrix(n, m, lambda i, j: gains[j] * (int(i == j) - int(i == j + 1))),
-    )
+    matrices = mass_matrix, bias.jacobian(v), bias.jacobian(q)
+    M, N, P = (matrix.subs(dict.fromkeys([*q, *v], 0)) for matrix in matrices)
+    H = W[:, :m] * sp.diag(*gains)
+    energies = kinetic, potential, dissipation
+    return EquationsOfMotion(q, v, u, parameters, *energies, mass_matrix, bias, W, M, N, P, H)
 
 
 def _row(letter, count):

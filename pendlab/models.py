@@ -24,17 +24,8 @@ def linearize(rig):
 
     dx/dt = [[0, I], [-W M^-1 P W^-1, -W M^-1 N W^-1]] x + [[0], [-W M^-1 H]] u
 
-    Parameters
-    ----------
-    rig : Pendulum with n links and m motors
-
-    Returns
-    -------
-    control.StateSpace : 2n states (rad, rad/s), m inputs (V), n + 1 outputs (rad, rad/s)
-
-    References
-    ----------
-    Appendix A, equations (ii) and (iii).
+    A control.StateSpace with 2n states (rad, rad/s), m inputs (V) and n + 1 outputs (rad, rad/s)
+    for a `Pendulum` with n links and m motors. Source: Appendix A, equations (ii) and (iii).
 
     >>> from pendlab import load
     >>> np.sort(np.linalg.eigvals(linearize(load("double")).A).real).round(2).tolist()
@@ -56,7 +47,7 @@ def linearize(rig):
         np.block([[np.zeros((n, n)), np.eye(n)], [A21, A22]]) + 0.0,
         np.vstack([np.zeros((n, m)), B2]),
         np.eye(n + 1, 2 * n),
-        np.zeros((n + 1, m)),
+        0,
         states=angles + rates,
         inputs=[f"u{i + 1}" for i in range(m)],
         outputs=angles + rates[:1],
@@ -73,17 +64,8 @@ def derived(model, A, B, C, D, *, name, dt=None, more=(), inputs=None):
         count = sum(known == label or known.startswith(f"{label} ") for known in states)
         states.append(f"{label} {count + 1}" if count else label)
     inputs = model.input_labels if inputs is None else inputs
-    return control.ss(
-        A,
-        B,
-        C,
-        D,
-        model.dt if dt is None else dt,
-        states=states,
-        inputs=inputs,
-        outputs=model.output_labels,
-        name=name,
-    )
+    labels = dict(states=states, inputs=inputs, outputs=model.output_labels, name=name)
+    return control.ss(A, B, C, D, model.dt if dt is None else dt, **labels)
 
 
 def angle_names(n):
@@ -96,13 +78,8 @@ def nonlinear(rig):
 
     M(theta) dv/dt + bias(theta, v) + H u = 0 in absolute angles theta = W^-1 [x1, ..., xn].
 
-    Parameters
-    ----------
-    rig : Pendulum with n links and m motors
-
-    Returns
-    -------
-    function of x, 2n entries (rad, rad/s), and u, m entries (V), that returns dx/dt
+    f takes the 2n entries of x (rad, rad/s) and the m of u (V) of a `Pendulum` with n links and m
+    motors.
 
     >>> from pendlab import load
     >>> nonlinear(load("double"))([0, 0, 0, 0], [0])  # upright is an equilibrium
@@ -139,17 +116,13 @@ def energy(rig, x):
 def with_filters(plant, filters):
     """Plant with a first-order filter on every input and every measured output.
 
-    dz/dt = w_c (r - z), w_c = 2 pi f_c, for each input r = u and each output r = y. The state is
-    [x, filtered inputs, filtered outputs]; inputs and outputs keep their names.
+    dz/dt = w_c (r - z), w_c = 2 pi f_c, for each input r = u and each output r = y. The m + p more
+    states follow x: [x, filtered inputs, filtered outputs]; inputs and outputs keep their names.
 
     Parameters
     ----------
     plant : continuous control.StateSpace with m inputs and p outputs, D = 0
     filters : Filters with m input and p output cut-offs, Hz (Table 5)
-
-    Returns
-    -------
-    control.StateSpace with m + p more states
 
     >>> from pendlab import load
     >>> rig = load("double")
@@ -168,12 +141,8 @@ def with_filters(plant, filters):
             [w_out @ plant.C, w_out @ plant.D, -w_out],
         ]
     )
-    return derived(
-        plant,
-        A,
-        np.vstack([np.zeros((n, m)), w_in, np.zeros((p, m))]),
-        np.hstack([np.zeros((p, n + m)), np.eye(p)]),
-        np.zeros((p, m)),
-        name=f"{plant.name} with filters",
-        more=[f"filtered {name}" for name in plant.input_labels + plant.output_labels],
-    )
+    B = np.vstack([np.zeros((n, m)), w_in, np.zeros((p, m))])
+    C = np.eye(p, n + m + p, k=n + m)
+    more = [f"filtered {name}" for name in plant.input_labels + plant.output_labels]
+    name = f"{plant.name} with filters"
+    return derived(plant, A, B, C, np.zeros((p, m)), name=name, more=more)

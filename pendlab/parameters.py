@@ -27,7 +27,7 @@ class Link:
     mass : kg
     inertia : about the centre of mass, kg m^2
     com : distance from the lower hinge to the centre of mass, m
-    friction : viscous friction of the lower hinge, N m s
+    friction : viscous, of the lower hinge, N m s
 
     >>> Link(length=0.5, mass=0.4, inertia=0.01, com=0.25, friction=0.02).com
     0.25
@@ -40,9 +40,7 @@ class Link:
     friction: float
 
     def __post_init__(self):
-        for name in ("length", "mass", "inertia", "com"):
-            number(f"Link {name}", getattr(self, name), above=0, most=LARGEST)
-        number("Link friction", self.friction, least=0, most=LARGEST)
+        _in_range(self, may_be_zero=("friction",))
 
 
 @dataclass(frozen=True)
@@ -66,10 +64,13 @@ class Motor:
     ratio: float
 
     def __post_init__(self):
-        for name in ("damping", "inertia"):
-            number(f"Motor {name}", getattr(self, name), least=0, most=LARGEST)
-        for name in ("gain", "ratio"):
-            number(f"Motor {name}", getattr(self, name), above=0, most=LARGEST)
+        _in_range(self, may_be_zero=("damping", "inertia"))
+
+
+def _in_range(part, may_be_zero):
+    for name, value in vars(part).items():
+        above = None if name in may_be_zero else 0
+        number(f"{type(part).__name__} {name}", value, above=above, least=0, most=LARGEST)
 
 
 @dataclass(frozen=True)
@@ -90,20 +91,18 @@ class Filters:
 
 @dataclass(frozen=True)
 class Pendulum:
-    """A rig: n >= 2 links, 1 to n-1 motors (motor i drives hinge i+1), filters and limits.
+    """A rig of links, motors, filters and limits.
 
     Parameters
     ----------
-    links : n `Link`, the lowest first
-    motors : m `Motor`, 1 <= m <= n-1
+    links : n >= 2 `Link`, the lowest first
+    motors : m `Motor`, 1 <= m <= n-1; motor i drives hinge i+1
     filters : `Filters` with m inputs and n+1 outputs, or None for a rig without filters
     u_max : m voltage limits, V
     g : acceleration of gravity, m/s^2
     name : for titles and messages
 
-    Raises
-    ------
-    ValueError : numbers of links, motors, filters and limits that do not fit each other
+    ValueError where the numbers of links, motors, filters and limits do not fit each other.
 
     >>> double = load("double")
     >>> Pendulum(double.links, double.motors).u_max  # without limits
@@ -118,8 +117,9 @@ class Pendulum:
     name: str = "pendulum"
 
     def __post_init__(self):
-        object.__setattr__(self, "links", instances("links", self.links, Link))
-        object.__setattr__(self, "motors", instances("motors", self.motors, Motor))
+        set_ = object.__setattr__
+        set_(self, "links", instances("links", self.links, Link))
+        set_(self, "motors", instances("motors", self.motors, Motor))
         n, m = self.n_links, self.n_motors
         if n < 2:
             raise ValueError(f"links: expected at least 2, found {n}; add a Link.")
@@ -128,7 +128,7 @@ class Pendulum:
                 f"motors: {n} links take 1 to {n - 1} motors (hinge 1 is free), found {m}."
             )
         u_max = self.u_max if len(numbers("u_max", self.u_max, finite=False)) else (math.inf,) * m
-        object.__setattr__(self, "u_max", numbers("u_max", u_max, above=0, count=m, finite=False))
+        set_(self, "u_max", numbers("u_max", u_max, above=0, count=m, finite=False))
         number("g", self.g, above=0, most=LARGEST)
         text("name", self.name)
         if self.filters is not None:
@@ -154,18 +154,17 @@ def rigs():
     return sorted(path.stem for path in (DATA / "rigs").glob("*.toml"))
 
 
-LINK_UNITS = dict(length="m", mass="kg", inertia="kg m^2", com="m", friction="N m s")
-MOTOR_UNITS = dict(damping="N m s", inertia="kg m^2", gain="N m/V", ratio="1")
-FILTER_UNITS = dict(input_hz="Hz", output_hz="Hz")
+UNITS = {
+    Link: dict(length="m", mass="kg", inertia="kg m^2", com="m", friction="N m s"),
+    Motor: dict(damping="N m s", inertia="kg m^2", gain="N m/V", ratio="1"),
+    Filters: dict(input_hz="Hz", output_hz="Hz"),
+}
 
 
 def load(name):
     """A rig by name (``"double"``, ``"triple"``: Tables 2-5) or from the path of a rig file.
 
-    Raises
-    ------
-    ValueError : unknown rig, or a file with a missing, damaged or unknown entry (names file and
-        entry)
+    ValueError for an unknown rig, or with file and entry that is missing, damaged or unknown.
 
     >>> load("double").n_links
     2
@@ -183,17 +182,12 @@ def load(name):
     table = read_toml(path)
     try:
         known("top level", table, ("name", "gravity", "links", "motors", "filters", "limits"))
+        links, motors = _parts(Link, table, "links"), _parts(Motor, table, "motors")
+        filters = _part(Filters, table["filters"], "filters") if "filters" in table else None
         limits = known("limits", table.get("limits", {}), ("u_max",))
-        return Pendulum(
-            links=_parts(Link, LINK_UNITS, table, "links"),
-            motors=_parts(Motor, MOTOR_UNITS, table, "motors"),
-            filters=_part(Filters, FILTER_UNITS, table["filters"], "filters")
-            if "filters" in table
-            else None,
-            u_max=entry("limits", limits, "u_max", "V"),
-            g=entry("top level", table, "gravity", "m/s^2"),
-            name=table.get("name", path.stem),
-        )
+        u_max = entry("limits", limits, "u_max", "V")
+        g = entry("top level", table, "gravity", "m/s^2")
+        return Pendulum(links, motors, filters, u_max, g, table.get("name", path.stem))
     except (ValueError, TypeError) as problem:
         raise ValueError(f"{path}: {problem}") from None
 
@@ -234,15 +228,15 @@ def entry(place, table, key, unit):
     return item["value"]
 
 
-def _parts(kind, units, table, key):
+def _parts(kind, table, key):
     parts = table.get(key, [])
     parts = parts if isinstance(parts, list) else [parts]
-    return [_part(kind, units, part, f"{key} {i}") for i, part in enumerate(parts, 1)]
+    return [_part(kind, part, f"{key} {i}") for i, part in enumerate(parts, 1)]
 
 
-def _part(kind, units, table, place):
-    known(place, table, tuple(units))
-    values = {key: entry(place, table, key, unit) for key, unit in units.items()}
+def _part(kind, table, place):
+    known(place, table, tuple(UNITS[kind]))
+    values = {key: entry(place, table, key, unit) for key, unit in UNITS[kind].items()}
     try:
         return kind(**values)
     except (ValueError, TypeError) as problem:

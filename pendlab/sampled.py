@@ -3,7 +3,7 @@
 import numpy as np
 from scipy.signal import cont2discrete
 
-from ._arguments import found, number, state_space
+from ._arguments import found, number, state_space, whole
 from .models import derived
 
 
@@ -17,17 +17,11 @@ def sample(plant, dt=0.01, delay=0.0):
 
     Parameters
     ----------
-    plant : continuous control.StateSpace
+    plant : continuous control.StateSpace, whose names are kept
     dt : sampling time, s, above 0
     delay : from reading to sending, s, at least 0 and at most dt
 
-    Returns
-    -------
-    control.StateSpace with ``.dt`` = dt and the names of `plant`
-
-    Raises
-    ------
-    ValueError : dt not above 0, delay outside 0 to dt, or a plant that is sampled already
+    ValueError for other times, or a plant that is sampled already.
 
     >>> from control import ss
     >>> sample(ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], 0), 0.5).A
@@ -51,16 +45,11 @@ def sample(plant, dt=0.01, delay=0.0):
     )
     n, m = B1.shape
     old = m if delay else 0
-    return derived(
-        plant,
-        np.block([[A2 @ A1, A2 @ B1[:, :old]], [np.zeros((old, n + old))]]),
-        np.vstack([B2, np.eye(old, m)]),
-        np.hstack([plant.C, np.zeros((plant.noutputs, old))]),
-        plant.D,
-        name=plant.name,
-        dt=dt,
-        more=[f"old {name}" for name in plant.input_labels[:old]],
-    )
+    A = np.block([[A2 @ A1, A2 @ B1[:, :old]], [np.zeros((old, n + old))]])
+    B = np.vstack([B2, np.eye(old, m)])
+    C = np.hstack([plant.C, np.zeros((plant.noutputs, old))])
+    more = [f"old {name}" for name in plant.input_labels[:old]]
+    return derived(plant, A, B, C, plant.D, name=plant.name, dt=dt, more=more)
 
 
 def align(model, kp):
@@ -73,10 +62,6 @@ def align(model, kp):
     ----------
     model : control.StateSpace with at least two inputs, continuous or sampled
     kp : position gain k_p, V/rad
-
-    Returns
-    -------
-    control.StateSpace with one input less
 
     >>> from pendlab import linearize, load
     >>> align(sample(linearize(load("triple"))), kp=10).input_labels
@@ -94,15 +79,9 @@ def align(model, kp):
             f"model: expected the angle of every hinge among the outputs, found {model.noutputs} "
             f"outputs for {model.ninputs} inputs; use pl.linearize or pl.sample of it."
         )
-    return derived(
-        model,
-        model.A - kp * np.outer(model.B[:, -1], model.C[model.ninputs]),
-        model.B[:, :-1],
-        model.C,
-        model.D[:, :-1],
-        name=f"{model.name} aligned",
-        inputs=model.input_labels[:-1],
-    )
+    A = model.A - kp * np.outer(model.B[:, -1], model.C[model.ninputs])
+    B, D, inputs = model.B[:, :-1], model.D[:, :-1], model.input_labels[:-1]
+    return derived(model, A, B, model.C, D, name=f"{model.name} aligned", inputs=inputs)
 
 
 def add_integrator(model, output):
@@ -116,10 +95,6 @@ def add_integrator(model, output):
     output : index or name of the output that tracks a reference, or a list of them (one
         integrator each)
 
-    Returns
-    -------
-    control.StateSpace with the integrators' states last, same inputs and outputs
-
     >>> from pendlab import linearize, load
     >>> add_integrator(sample(linearize(load("double"))), 1).state_labels[-1]
     'w'
@@ -128,16 +103,12 @@ def add_integrator(model, output):
     tracked = output_indices(model, output)
     if len(set(tracked)) < len(tracked):
         raise ValueError(f"output: each output takes one integrator, {found(output)}.")
-    n, count = model.nstates, len(tracked)
-    return derived(
-        model,
-        np.block([[model.A, np.zeros((n, count))], [-model.dt * model.C[tracked], np.eye(count)]]),
-        np.vstack([model.B, -model.dt * model.D[tracked]]),
-        np.hstack([model.C, np.zeros((model.noutputs, count))]),
-        model.D,
-        name=f"{model.name} with integrator",
-        more=["w"] if count == 1 else [f"w{i + 1}" for i in range(count)],
-    )
+    n, count, C, D = model.nstates, len(tracked), model.C, model.D
+    A = np.block([[model.A, np.zeros((n, count))], [-model.dt * C[tracked], np.eye(count)]])
+    B = np.vstack([model.B, -model.dt * D[tracked]])
+    C = np.hstack([C, np.zeros((model.noutputs, count))])
+    more = ["w"] if count == 1 else [f"w{i + 1}" for i in range(count)]
+    return derived(model, A, B, C, D, name=f"{model.name} with integrator", more=more)
 
 
 def output_indices(model, output):
@@ -146,17 +117,13 @@ def output_indices(model, output):
     labels = model.output_labels
     indices = []
     for item in wanted:
-        if isinstance(item, str) and item in labels:
-            indices.append(labels.index(item))
-        elif (
-            isinstance(item, (int, np.integer))
-            and not isinstance(item, bool)
-            and 0 <= item < len(labels)
-        ):
-            indices.append(int(item))
-        else:
+        try:
+            known = isinstance(item, str) and item in labels
+            index = labels.index(item) if known else whole("output", item, most=len(labels) - 1)
+        except ValueError:
             raise ValueError(
                 f"output: expected an index from 0 to {len(labels) - 1} or one of "
                 f"{', '.join(labels)}, {found(item)}."
-            )
+            ) from None
+        indices.append(index)
     return indices

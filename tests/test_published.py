@@ -8,7 +8,7 @@ from scipy.linalg import expm
 
 from pendlab.lagrange import derive
 from pendlab.paper.ledger import Published, published
-from pendlab.parameters import FILTER_UNITS, LINK_UNITS, MOTOR_UNITS, load
+from pendlab.parameters import UNITS, Filters, Link, Motor, load
 
 GOOD = '[[entry]]\nkey = "a"\nplace = "here"\nunit = "1"\nprinted = "1.0"\n'
 
@@ -133,17 +133,17 @@ def columns(rig, parts, fields):
 @pytest.mark.parametrize("rig, table", [("double", "table4"), ("triple", "table2")])
 def test_rigs_carry_the_tables(rig, table):
     pendulum = load(rig)
-    for field, ours in columns(pendulum, "links", LINK_UNITS).items():
+    for field, ours in columns(pendulum, "links", UNITS[Link]).items():
         entry = published(f"{table}.{field}")
         # No length is printed for the last link.
         np.testing.assert_array_equal(np.atleast_1d(entry.values), ours[: entry.values.size])
         assert entry.values.size == pendulum.n_links - (field == "length")
-        assert entry.unit == LINK_UNITS[field]
-    for field, ours in columns(pendulum, "motors", MOTOR_UNITS).items():
+        assert entry.unit == UNITS[Link][field]
+    for field, ours in columns(pendulum, "motors", UNITS[Motor]).items():
         entry = published(f"table3.{field}")
         np.testing.assert_array_equal(entry.values[: pendulum.n_motors], ours)
-        assert entry.unit == MOTOR_UNITS[field]
-    for field, unit in FILTER_UNITS.items():
+        assert entry.unit == UNITS[Motor][field]
+    for field, unit in UNITS[Filters].items():
         entry = published(f"table5.{rig}.{field}")
         np.testing.assert_array_equal(np.atleast_1d(entry.values), getattr(pendulum.filters, field))
         assert entry.unit == unit
