@@ -5,13 +5,14 @@ from typing import NamedTuple
 
 import control
 import numpy as np
+from scipy.linalg import block_diag
 
 from ._arguments import array, found, instance, number, numbers, whole
 from .observers import Observer
 
 
 class ControllerState(NamedTuple):
-    """State between two samples: observer v and integrator w."""
+    """State between two samples: observer v and integrators w."""
 
     v: np.ndarray
     w: np.ndarray
@@ -69,26 +70,19 @@ class Controller:
     @property
     def system(self):
         """control.StateSpace from y to u, so that u = -P(z) y with P(z) of equation (31)."""
-        E, H, K = self.observer.E, self.observer.H, self.observer.K
-        L1, L2 = self.observer.L1, self.observer.L2
-        n, q, p, nw = len(L1), K.shape[1], len(E), len(self.tracked)
-        F_x, F_w = self.F[:, :n], self.F[:, n:]
-        C, D = -np.hstack([F_x @ L2, F_w]), -F_x @ L1  # u = C [v; w] + D y
-        A = np.block([[E, np.zeros((p, nw))], [np.zeros((nw, p)), np.eye(nw)]])
-        select = np.eye(q)[list(self.tracked)]
-        B = np.vstack([K, -self.dt * select])
-        H = np.vstack([H, np.zeros((nw, H.shape[1]))])
-        return control.ss(
-            A + H @ C,
-            B + H @ D,
-            C,
-            D,
-            self.dt,
-            states=[f"v{i + 1}" for i in range(p)] + [f"w{i + 1}" for i in range(nw)],
+        o, n = self.observer, len(self.observer.L1)
+        p, q, m, integrators = len(o.E), o.K.shape[1], len(self.F), len(self.tracked)
+        C = -np.hstack([self.F[:, :n] @ o.L2, self.F[:, n:]])
+        D = -self.F[:, :n] @ o.L1  # u = C [v; w] + D y
+        A = block_diag(o.E, np.eye(integrators))
+        B = np.vstack([o.K, -self.dt * np.eye(q)[list(self.tracked)]])
+        H = np.vstack([o.H, np.zeros((integrators, m))])
+        labels = dict(
+            states=[f"v{i + 1}" for i in range(p)] + [f"w{i + 1}" for i in range(integrators)],
             inputs=[f"y{i + 1}" for i in range(q)],
-            outputs=[f"u{i + 1}" for i in range(len(C))],
-            name="controller",
+            outputs=[f"u{i + 1}" for i in range(m)],
         )
+        return control.ss(A + H @ C, B + H @ D, C, D, self.dt, name="controller", **labels)
 
     def start(self, x0=None):
         """State before the first sample: v(0) = T x(0) and w(0) = 0; x0 defaults to upright."""
@@ -115,7 +109,7 @@ class Controller:
         y_ref = array("y_ref", y_ref)
         if y_ref.ndim:
             y_ref = array("y_ref", y_ref, (len(self.tracked),))
-        u = array("u", np.atleast_1d(array("u", u)), (len(self.F),))
+        u = array("u", u, (len(self.F),))
         v = o.E @ state.v + o.H @ u + o.K @ y
         w = state.w + self.dt * (y_ref - y[list(self.tracked)])
         return ControllerState(v, w)
@@ -134,21 +128,14 @@ class Controller:
 
 
 def controller(F, observer, dt=0.01, tracked=1, kp=None, *, u_max=None):
-    """The paper's controller from a gain and an observer.
+    """The paper's `Controller` from a gain and an observer.
 
     Parameters
     ----------
     F : gain of `pl.lqr`, (m, n + integrators); with `kp` one row less
-    observer : Observer with all m inputs in H
-    dt : sampling time, s
-    tracked : index, or indices, of the outputs with an integrator
+    observer, dt, tracked, u_max : as for `Controller`; an index alone will do for `tracked`
     kp : k_p of the upper motor's position loop, V/rad, which adds the row [k_p C_p C, 0] of
         equation (38); None where F has a row for every motor
-    u_max : voltage limits of step 4, or None
-
-    Returns
-    -------
-    Controller
 
     >>> from pendlab import paper_design
     >>> triple = paper_design("triple")
@@ -160,6 +147,5 @@ def controller(F, observer, dt=0.01, tracked=1, kp=None, *, u_max=None):
     if kp is not None:
         # The estimate repeats the measured angles exactly; the last of m motors drives hinge m+1,
         # whose angle is state number m counted from 0.
-        row = number("kp", kp) * np.eye(1, F.shape[1], observer.H.shape[1])
-        F = np.vstack([F, row])
+        F = np.vstack([F, number("kp", kp) * np.eye(1, F.shape[1], observer.H.shape[1])])
     return Controller(F, observer, dt, tracked, u_max)

@@ -8,7 +8,7 @@ from ._arguments import array, plain, state_space
 
 
 def lqr(model, Q, R):
-    """Gain F of u = -F x that minimises the sum of x'Q x + u'R u, equation (22).
+    """Gain F (m, n) of u = -F x that minimises the sum of x'Q x + u'R u, equation (22).
 
     For a sampled model F = (R + B'X B)^-1 B'X A with the stabilising solution X of the discrete
     Riccati equation; for a continuous one the sum is an integral and F = R^-1 B'X.
@@ -20,14 +20,8 @@ def lqr(model, Q, R):
     R : weights of the inputs, m x m symmetric and positive definite, or the m diagonal entries
         (a number for one input)
 
-    Returns
-    -------
-    F : array (m, n)
-
-    Raises
-    ------
-    ValueError : weights of the wrong size, sign or symmetry; a mode that no input moves, or one on
-        the stability limit that no weight sees
+    ValueError for weights of the wrong size, sign or symmetry, for a mode that no input moves, and
+    for one on the stability limit that no weight sees.
 
     Only the ratio of Q to R counts. The paper's weights give (23):
 
@@ -65,8 +59,7 @@ def lqr(model, Q, R):
         ) from None
     if not _decay(model, np.linalg.eigvals(model.A - model.B @ F)).max() < 0:
         raise ValueError(
-            "Q, R: rounding leaves no stabilising gain for these weights; bring them closer "
-            "together."
+            "Q, R: rounding leaves no stabilising gain for these weights; bring them together."
         )
     return F
 
@@ -75,7 +68,7 @@ def weights(name, value, size):
     """A symmetric weighting matrix from a matrix or from its diagonal."""
     value = array(name, value)
     if value.ndim < 2:
-        return np.diag(array(name, np.atleast_1d(value), (size,)))
+        return np.diag(array(name, value, (size,)))
     value = array(name, value, (size, size))
     if not np.allclose(value, value.T, rtol=1e-10, atol=1e-14 * np.abs(value).max()):
         raise ValueError(
@@ -85,7 +78,7 @@ def weights(name, value, size):
     return (value + value.T) / 2
 
 
-def unmoved_modes(A, B, at_least=None, tolerance=1e-9):
+def unmoved_modes(A, B, at_least=None):
     """Eigenvalues of A that the inputs B do not reach (Popov-Belevitch-Hautus test).
 
     Judged in balanced coordinates and with inputs of equal size, so that units do not matter.
@@ -94,15 +87,14 @@ def unmoved_modes(A, B, at_least=None, tolerance=1e-9):
     B = np.linalg.solve(T, B)
     size = np.linalg.norm(A) or 1.0
     B = B * size / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
-    return np.array(
-        [
-            value
-            for value in np.linalg.eigvals(A)
-            if (at_least is None or at_least(value))
-            and np.linalg.svd(np.hstack([A - value * np.eye(len(A)), B]), compute_uv=False)[-1]
-            <= tolerance * size
-        ]
-    )
+
+    def reach(value):
+        return np.linalg.norm(
+            np.hstack([A - value * np.eye(len(A)), B]), -2
+        )  # least singular value
+
+    values = [value for value in np.linalg.eigvals(A) if at_least is None or at_least(value)]
+    return np.array([value for value in values if reach(value) <= 1e-9 * size])
 
 
 def _decay(model, values):

@@ -19,15 +19,9 @@ class Observer:
 
     Parameters
     ----------
-    E : (p, p), eigenvalues inside the unit circle
-    H : (p, m)
+    E, H, K : (p, p), eigenvalues inside the unit circle; (p, m); (p, q)
     T : (p, n), v estimates T x
-    K : (p, q)
     L1, L2 : (n, q), (n, p), the inverse of [C; T], equation (7)
-
-    Raises
-    ------
-    ValueError : sizes that do not fit, entries that are not finite, E not stable
 
     >>> from pendlab import paper_design
     >>> paper_design("double").observer.T.round(2)  # (24)
@@ -122,9 +116,7 @@ def _sized(model, E):
 def observer(model, E, T, K):
     """The `Observer` with H = TB and [L1 L2] the inverse of [C; T], equations (5)-(7).
 
-    Raises
-    ------
-    ValueError : [C; T] singular to working precision, or TA - ET = KC not met
+    ValueError where [C; T] is singular to working precision or TA - ET = KC is not met.
 
     >>> model = control.ss([[1.2, 1], [0, 0.5]], [[0], [1]], [[0.6, 1]], 0, 0.01)
     >>> observer(model, 0.6, [[1, 0]], [[1]]).L2.round(3)
@@ -179,13 +171,10 @@ def luenberger(model, E, K):
 
 @dataclass(frozen=True, eq=False)
 class ObserverFamily:
-    """All (T, K) with TA - ET = KC and TB = 0: the null space of S, equation (12).
+    """All (T, K) of `model` and E with TA - ET = KC and TB = 0: the null space of S, equation (12).
 
-    Attributes
-    ----------
-    model, E : what it belongs to
-    S : the Kronecker matrix; S alpha = 0, alpha = the rows of T, then the rows of K
-    basis : (dimension, p (n + q)), orthonormal rows, canonical: the same on every machine
+    S alpha = 0, where alpha holds the rows of T, then those of K. The orthonormal rows of `basis`,
+    (dimension, p (n + q)), are canonical: the same on every machine.
     """
 
     model: control.StateSpace
@@ -226,15 +215,13 @@ class ObserverFamily:
         return float(np.linalg.norm(residual) / max(np.linalg.norm(alpha), 1e-300))
 
     def _alpha(self, T, K):
-        p = len(self.E)
-        T = array("T", T, (p, self.model.nstates))
-        K = array("K", K, (p, self.model.noutputs))
+        T = array("T", T, (len(self.E), self.model.nstates))
+        K = array("K", K, (len(self.E), self.model.noutputs))
         return np.concatenate([T.ravel(), K.ravel()])
 
     def condition(self, coefficients):
         """Condition number of [C; T] at `coefficients` (any size of them)."""
-        c = np.atleast_1d(array("coefficients", coefficients))
-        c = array("coefficients", c, (self.dimension,))
+        c = array("coefficients", coefficients, (self.dimension,))
         T, _ = self.split(c @ self.basis)
         return float(np.linalg.cond(np.vstack([self.model.C, T])))
 
@@ -253,10 +240,9 @@ class ObserverFamily:
     @cached_property
     def _best(self):
         starts = np.random.default_rng(0).standard_normal((8 * self.dimension, self.dimension))
+        start = min(starts, key=self._cost)
         options = dict(xatol=1e-10, fatol=1e-12, maxiter=4000, maxfev=8000)
-        return minimize(
-            self._cost, min(starts, key=self._cost), method="Nelder-Mead", options=options
-        ).x
+        return minimize(self._cost, start, method="Nelder-Mead", options=options).x
 
     def best(self):
         """The quietest member: least `Observer.noise_gain`, so least noise from the readings to xhat."""
@@ -264,7 +250,7 @@ class ObserverFamily:
 
 
 def observer_family(model, E):
-    """All reduced-order observers of `model` with dynamics E and H = TB = 0.
+    """The `ObserverFamily` of `model` with dynamics E: all reduced-order ones with H = TB = 0.
 
     S alpha = 0 with S = [[I x A' - E x I, -I x C'], [I x B', 0]] (x: Kronecker product).
 
@@ -278,19 +264,11 @@ def observer_family(model, E):
     E : number (for every state), diagonal entries or matrix of the n - q observer states (complex
         pairs as real 2 x 2 blocks)
 
-    Returns
-    -------
-    ObserverFamily
+    ValueError where E is unstable, of the wrong size or shares an eigenvalue with A, and where no
+    solution has H = 0 and [C; T] regular.
 
-    Raises
-    ------
-    ValueError : E unstable, of the wrong size, or sharing an eigenvalue with A; no solution with
-        H = 0; no solution with [C; T] regular
-
-    References
-    ----------
-    Equations (5)-(7) and (12) of the paper. Kudva, Viswanadham and Ramakrishna 1980; Hautus 1983;
-    Darouach, Zasadzinski and Xu 1994.
+    Sources: equations (5)-(7) and (12) of the paper; Kudva, Viswanadham and Ramakrishna 1980;
+    Hautus 1983; Darouach, Zasadzinski and Xu 1994.
 
     >>> from pendlab import paper_design
     >>> observer_family(paper_design("double").model, 0.9).dimension
@@ -317,16 +295,14 @@ def _null_rows(S):
 def _why_none(model, E, dimension):
     """Which condition for an observer with H = 0 and [C; T] regular is not met."""
     m, rank = model.ninputs, np.linalg.matrix_rank(model.C @ model.B)
-    none = (
-        "no observer with H = TB = 0 exists for this model and E"
-        if dimension == 0
-        else "every T with H = TB = 0 leaves [C; T] singular for this model and E"
-    )
+    none = "every T with H = TB = 0 leaves [C; T] singular"
+    if dimension == 0:
+        none = "no observer with H = TB = 0 exists"
+    why = "every invariant zero of (A, B, C) must be an eigenvalue of E, and E as free as T"
     if rank < m:
         why = f"rank CB must be {m}, the number of inputs, found {rank}"
-    else:
-        why = "every invariant zero of (A, B, C) must be an eigenvalue of E, and E as free as T"
-    return f"E: {none}: {why}; change E, or use pl.luenberger(model, E, K) with H as it comes."
+    advice = "change E, or use pl.luenberger(model, E, K) with H as it comes"
+    return f"E: {none} for this model and E: {why}; {advice}."
 
 
 def kronecker_matrix(A, B, C, E):
@@ -360,10 +336,9 @@ def canonical_basis(rows):
 
 
 def _apart(model, E):
-    eigenvalues = np.linalg.eigvals(model.A)
+    """Refuse an E with an eigenvalue of A."""
     for value in np.linalg.eigvals(E):
-        gap = np.abs(eigenvalues - value).min()
-        if gap < 1e-9:
+        if np.abs(np.linalg.eigvals(model.A) - value).min() < 1e-9:
             raise ValueError(
                 f"E: shares the eigenvalue {plain(value, 6)} with A, so TA - ET = KC does not determine "
                 "T from K; move it a little."
