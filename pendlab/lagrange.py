@@ -51,9 +51,13 @@ class EquationsOfMotion:
         flat = [s for name, group in self.parameters.items() if name != "g" for s in group]
         return (*flat, self.parameters["g"])
 
-    def values(self, rig):
+    @staticmethod
+    def values(rig):
         """The numbers of `rig` for `symbols`."""
-        return parameter_values(instance("rig", rig, Pendulum, 'pl.load("double")'))
+        instance("rig", rig, Pendulum, 'pl.load("double")')
+        values = [getattr(link, name) for name in LINK_LETTERS for link in rig.links]
+        values += [getattr(motor, name) for name in MOTOR_LETTERS for motor in rig.motors]
+        return (*map(float, values), rig.g)
 
     # Each crosses the border from SymPy to NumPy once.
     @cached_property
@@ -76,13 +80,6 @@ class EquationsOfMotion:
 # Field of Link or Motor -> the paper's letter.
 LINK_LETTERS = dict(length="l", mass="m", inertia="I", com="a", friction="C")
 MOTOR_LETTERS = dict(damping="c_p", inertia="I_p", gain="G")
-
-
-def parameter_values(rig):
-    """The numbers of `rig` in the order of `EquationsOfMotion.symbols`."""
-    flat = [getattr(link, name) for name in LINK_LETTERS for link in rig.links]
-    flat += [getattr(motor, name) for name in MOTOR_LETTERS for motor in rig.motors]
-    return (*map(float, flat), rig.g)
 
 
 def derive(n_links, n_motors):

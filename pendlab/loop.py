@@ -27,14 +27,8 @@ ON_CIRCLE = 1e-8  # an eigenvalue this close to the unit circle counts as on it 
 def frequency_response(system, omega):
     """C (zI - A)^-1 B + D at z = e^(j omega dt), or at s = j omega for a continuous system.
 
-    Parameters
-    ----------
-    system : control.StateSpace with p outputs and m inputs
-    omega : N frequencies, rad/s; an integrator has no response at 0
-
-    Returns
-    -------
-    complex array (N, p, m)
+    A complex array (N, p, m) for N frequencies `omega` in rad/s, p outputs and m inputs; ValueError
+    at a pole, as an integrator has at 0.
 
     >>> lag = control.ss([[-1.0]], [[1.0]], [[1.0]], 0)
     >>> frequency_response(lag, 1.0).tolist()  # 1/(1 + j)
@@ -54,16 +48,16 @@ def frequency_response(system, omega):
 
 
 def transfer(system, z):
-    """C (zI - A)^-1 B + D at the N complex numbers z, shape (N, p, m).
-
-    One complex Schur form, then back substitution for all z at once: safe for repeated
-    eigenvalues, where an eigenvector basis does not exist.
-    """
+    """C (zI - A)^-1 B + D at the N complex numbers z, shape (N, p, m)."""
     return prepared(system)(z)
 
 
 def prepared(system):
-    """`transfer` of one system as a function of z: the Schur form is made once."""
+    """`transfer` of one system as a function of z, for which one complex Schur form is made.
+
+    Then back substitution for all z at once: safe for repeated eigenvalues, where an eigenvector
+    basis does not exist.
+    """
     # Balanced first, by powers of two: units of the states must not decide how much is rounded.
     A, (unit, _) = matrix_balance(system.A, permute=False, separate=True)
     triangle, Z = schur(A, output="complex")
@@ -200,7 +194,7 @@ def loop_gain(controller, plant, omega):
 
 
 class ReturnDifferences(NamedTuple):
-    """Equations (33)-(35) at N frequencies; each of shape (N,)."""
+    """Equations (33)-(35) at N frequencies, each of shape (N,)."""
 
     rd1: np.ndarray
     rd2: np.ndarray
@@ -238,7 +232,7 @@ class Margins:
     phase, phase_omega : smallest phase change, either way, that meets the circle, and where
     modulus, modulus_omega : smallest distance of the curve from -1, and where
     crossover : frequencies of unit gain
-    stable : whether the closed loop is stable; if not, the numbers are distances to a crossing
+    stable : whether the closed loop is; if not, the numbers are distances to a crossing
     """
 
     gain_up: float

@@ -5,8 +5,9 @@ from numbers import Real
 
 import numpy as np
 
-from .._arguments import flag, instance, number, numbers, one_of, whole
+from .._arguments import flag, instance, number, numbers, whole
 from ..parameters import DATA, Pendulum, entry, load, read_toml
+from .arguments import one_of
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from .._arguments import found, number
-from ..lagrange import parameter_values
+from ..lagrange import EquationsOfMotion
 from .generated import load_kernel
 from .tuples import Clock, Plant, Ports, State
 
@@ -37,7 +37,7 @@ def plant_numbers(rig, imperfections):
     ]
     kernel = load_kernel(n, m)
     c = np.zeros(kernel.CONSTANTS)
-    kernel.constants(parameter_values(replace(rig, motors=tuple(geared))), c)
+    kernel.constants(EquationsOfMotion.values(replace(rig, motors=tuple(geared))), c)
     gear = np.column_stack(
         [
             [motor.gain for motor in rig.motors],

@@ -18,8 +18,8 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from .. import _arguments as arguments
-from .._arguments import found, function, instance, number, text, whole
+from .._arguments import found, instance, number, text, whole
+from ..bench import arguments
 from ..bench.imperfections import Imperfections, Pulse, bench_imperfections, bench_rig, bench_start
 from ..bench.simulation import simulate
 from ..parameters import Pendulum, load
@@ -100,7 +100,9 @@ def contest(make, rig=None, season=1, plant=None):
     >>> contest(lambda rig: paper_design("double").controller).falls
     0
     """
-    function("make", make, "the class of your controller, or a function of the rig that gives one")
+    arguments.function(
+        "make", make, "the class of your controller, or a function of the rig that gives one"
+    )
     rig = instance("rig", load("double") if rig is None else rig, Pendulum, 'pl.load("double")')
     plant = instance("plant", rig if plant is None else plant, Pendulum, 'pl.load("double")')
     played = []

@@ -10,7 +10,8 @@ import re
 import numpy as np
 from matplotlib.figure import Figure
 
-from .._arguments import found, instance, path, text
+from .._arguments import found, instance, text
+from ..bench.arguments import path
 from ..bench.simulation import Run
 from ..design import Design
 from ..parameters import Pendulum, load

@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from .._arguments import flag, found, interval, items, mapping, one_of, text
+from .._arguments import flag, found, text
+from ..bench.arguments import interval, items, mapping, one_of
 from .style import COLORS, LINES, describe, new_figure, styled
 
 # For curves that are no signal of the rig, in this order.

@@ -4,7 +4,8 @@ from numbers import Real
 
 import numpy as np
 
-from .._arguments import found, instance, items, mapping
+from .._arguments import found, instance
+from ..bench.arguments import items, mapping
 from ..bench.many import Runs
 from ..bench.simulation import Run
 from ..paper.experiment import FIGURES, extremes, tick_intervals

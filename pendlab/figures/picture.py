@@ -7,7 +7,8 @@ import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.figure import Figure
 
-from .._arguments import instance, items
+from .._arguments import instance
+from ..bench.arguments import items
 
 
 class Picture:

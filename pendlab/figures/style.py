@@ -16,7 +16,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from PIL import Image
 
-from .._arguments import instance, number, one_of, text
+from .._arguments import instance, number, text
+from ..bench.arguments import one_of
 
 # Okabe and Ito's colours: told apart by readers with any of the common colour deficiencies. Orange
 # and sky are darker than theirs, so that a line on white has a contrast of 3 to 1.

@@ -6,7 +6,8 @@ Every panel can be moved: ``draw_...`` creates the artists once and returns ``up
 import numpy as np
 from matplotlib.axes import Axes
 
-from .._arguments import flag, instance, interval, mapping, one_of
+from .._arguments import flag, instance
+from ..bench.arguments import interval, mapping, one_of
 from ..bench.simulation import Run
 from ..paper.experiment import signals
 from ..studies.pushes import Admissible

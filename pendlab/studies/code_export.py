@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from .. import _arguments as arguments
 from .._arguments import flag, found, instance
+from ..bench import arguments
 from ..controllers import Controller
 
 TEMPLATE = """\

@@ -8,7 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from .._arguments import found, one_of
+from .._arguments import found
+from ..bench.arguments import one_of
 from ..bench.generated import kernel_text
 from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
 from ..bench.plant import ACCURATE, LARGEST_STEP, bench_tuples, fastest_rate, integration

@@ -13,7 +13,8 @@ from weakref import finalize
 
 import numpy as np
 
-from .._arguments import flag, found, function, instance, items, mapping, text
+from .._arguments import flag, found, instance, text
+from ..bench.arguments import function, items, mapping
 from ..figures.picture import Picture
 from ..figures.style import image_html, small_png
 from .face import Face

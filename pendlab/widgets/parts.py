@@ -5,7 +5,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import flag, found, function, mapping, number, one_of, text
+from .._arguments import flag, found, number, text
+from ..bench.arguments import function, mapping, one_of
 from ..figures.picture import check_artists
 
 NOTCH = 0.05  # decades between two positions of a logarithmic slider
