@@ -193,7 +193,7 @@ def triple_page(design, simulate):
         volts.set_ylabel("voltages, V")
         volts.legend(loc="upper right", ncols=2, handlelength=1.4)
         angles.set_title("on the bench", loc="left")
-        _small(fig)
+        near[0].lines[-1].set_label("critical point: −1, of the determinant 0")
         legend_below(fig, near[0])
         return moves
 

@@ -9,6 +9,7 @@ import asyncio
 import time
 from html import escape
 from secrets import token_hex
+from textwrap import fill
 from weakref import finalize
 
 import numpy as np
@@ -112,7 +113,7 @@ class Panel:
         return self.caption
 
     def tell(self, **values):
-        """The caption with other values of some controls; the panel stays as it stands.
+        """The caption with other values of some controls, in short lines; the panel stays as it is.
 
         >>> import pendlab as pl
         >>> panel = pl.sampling_panel()
@@ -120,9 +121,9 @@ class Panel:
         ('Sampled every 30 ms', 10.0)
         """
         start = self.values
-        caption = self.at(**values)
+        lines = self.at(**values).splitlines()
         self.at(**start)
-        return caption
+        return "\n".join(fill(line, 96, break_on_hyphens=False) for line in lines)
 
     def ends(self):
         """Move every control to its ends, one after the other, and back: all captions, for tests."""
