@@ -728,7 +728,7 @@ PRINTED = {
 }
 
 WRONG = {
-    "00.1": [(lambda: (3,), "rates too"), (lambda: (4,), "measured outputs")],
+    "00.1": [(lambda: (3,), "what comes next"), (lambda: (4,), "measured outputs")],
     "00.2": [
         (lambda: (1 / rates("double")[0],), "factor e"),
         (lambda: (np.log10(2) / rates("double")[0],), "natural logarithm"),
@@ -805,7 +805,7 @@ WRONG = {
     "05.5": [
         (lambda: (let_go(seconds=50.0),), "faded"),
         (lambda: (let_go(height=-1e-6),), "quenched"),
-        (lambda: (3.0,), "function of t"),
+        (lambda: (3.0,), "a function of t"),
     ],
     "05.6": [
         (lambda: (("opposite", "opposite"),), "signs of both"),
@@ -820,7 +820,7 @@ WRONG = {
     "03.6": [
         (lambda: (0, 0.2), "which c puts it there"),
         (lambda: (1.2, 2.2), "lower end"),
-        (lambda: (0.2, 1.2), "zero is at 1"),
+        (lambda: (0.2, 1.2), "is not at 0"),
     ],
     "06.1": [
         (lambda: (slowest("triple"),), "triple"),
@@ -838,7 +838,7 @@ WRONG = {
         (lambda: (-lean(),), "opposite sign"),
     ],
     "06.4": [
-        (lambda: (0.01,), "round the loop again"),
+        (lambda: (0.01,), "closed loop"),
         (lambda: (noise_volts("u1"),), "motor 1"),
         (lambda: (noise_volts(filters=False),), "without filters"),
     ],

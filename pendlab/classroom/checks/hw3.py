@@ -29,7 +29,7 @@ LEAN, REST = 0.01, 0.005  # rad
 V = np.diag(NOISE**2)
 
 
-def kalman_gain(model, W):
+def kalman_gain(model, W, V=V):
     """M of xhat = x_predicted + M (y - C x_predicted)."""
     A, C = model.A, model.C
     X = solve_discrete_are(A.T, C.T, W, V)
@@ -61,15 +61,13 @@ def exercise_1(M, rig=None):
     model = reference(rig, KP).model
     W = model.B @ model.B.T
     truth = kalman_gain(model, W)
-    A, C = model.A, model.C
-    filtered_by_V = solve_discrete_are(A.T, C.T, W, np.diag(NOISE))
-    unsquared = filtered_by_V @ C.T @ np.linalg.inv(C @ filtered_by_V @ C.T + np.diag(NOISE))
+    unsquared = kalman_gain(model, W, np.diag(NOISE))
     return compare(
         "M",
         M,
         truth,
         mistakes=[
-            (A @ truth, "This is A M, the gain of the prediction; the reading of this sample may "
+            (model.A @ truth, "This is A M, the gain of the prediction; the reading of this sample may "
              "already be used."),
             (unsquared, "V holds variances, the squares of the standard deviations."),
         ],

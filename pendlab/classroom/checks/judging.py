@@ -2,6 +2,8 @@
 
 from dataclasses import dataclass, replace
 from functools import wraps
+from inspect import isgeneratorfunction
+from itertools import chain
 
 import numpy as np
 
@@ -10,6 +12,7 @@ from ...parameters import load
 from ..own_rig import my_rig
 
 WORDS = {True: ("✓", "Right"), False: ("…", "Not yet"), None: ("…", "Not answered yet")}
+FOUND_TOO = "That is what we find too."
 
 
 @dataclass(frozen=True)
@@ -46,7 +49,7 @@ def compare(
     mistakes=(),
     tolerance=5e-3,
     *,
-    praise="That is what we find too.",
+    praise=None,
     apart=False,
     each=False,
 ):
@@ -95,8 +98,8 @@ def _compare(name, answer, truth, mistakes, tolerance, praise, each):
     if not np.all(np.isfinite(answer)):
         return Verdict(False, f"{name} holds nan or inf; something was divided by zero on the way.")
     if answer.shape == truth.shape and close(answer, truth, tolerance, each):
-        return Verdict(True, praise)
-    for value, hint in [*mistakes, *usual_mistakes(name, truth)]:
+        return Verdict(True, praise or FOUND_TOO)
+    for value, hint in chain(mistakes, usual_mistakes(name, truth)):
         value = np.asarray(value)
         if answer.shape == value.shape and close(answer, value, tolerance, each):
             return Verdict(False, hint)
@@ -141,8 +144,28 @@ def usual_mistakes(name, truth):
         yield truth[::-1], f"{name} holds the right numbers in the opposite order."
 
 
+def asks(name, judge=compare, **how):
+    """Decorate a table of one answer: what it may be, and what is said to it.
+
+    The function gets the rig and yields rows of a value and a sentence: first the right value with
+    its praise (None: the usual one), then what each usual mistake would give, with its hint. Rows
+    are computed until one fits. `name` and `how` go to `judge`, with its first arguments `compare`'s.
+    """
+
+    def decorate(table):
+        @wraps(table)
+        def check(answer=None, rig=None):
+            rows = table(rig)
+            truth, praise = next(rows)
+            return judge(name, answer, truth, rows, praise=praise, **how)
+
+        return check
+
+    return decorate
+
+
 def on(base, own=None, who=None):
-    """Decorate a check with the rig that it is about.
+    """Decorate a check with the rig that it is about; one that yields is `judged`.
 
     Parameters
     ----------
@@ -154,6 +177,8 @@ def on(base, own=None, who=None):
     """
 
     def decorate(function):
+        judge = judged(function) if isgeneratorfunction(function) else function
+
         @wraps(function)
         def check(*answer, rig=None):
             if rig is None and own:
@@ -168,7 +193,7 @@ def on(base, own=None, who=None):
                 return Verdict(
                     False, f"This is about the {base}; your rig has {rig.n_links} links."
                 )
-            return function(*answer, rig=rig)
+            return judge(*answer, rig=rig)
 
         return check
 
@@ -183,8 +208,8 @@ def judged(function):
     """
 
     @wraps(function)
-    def check(*answer, **rig):
-        steps = function(*answer, **rig)
+    def check(*answer, rig=None):
+        steps = function(*answer, rig=rig)
         try:
             while True:
                 wrong = next(steps)
@@ -213,7 +238,7 @@ def choose(name, answer, truth, hints):
     """Judge a choice among words; `hints` has one sentence for every wrong word."""
     answer = str(answer).strip().lower()
     if answer == str(truth).lower():
-        return Verdict(True, "That is what we find too.")
+        return Verdict(True, FOUND_TOO)
     known = sorted({str(truth).lower(), *map(str.lower, hints)})
     if answer not in known:
         return Verdict(False, f"{name} should be one of {', '.join(known)}.")

@@ -4,68 +4,43 @@ import numpy as np
 
 from ...models import linearize
 from ...parameters import load
-from .judging import compare, on
+from .judging import asks, on
+
+
+def growth(rig):
+    """The unstable eigenvalues of a rig, the fastest first, 1/s."""
+    values = linearize(rig).poles().real
+    return np.sort(values[values > 0])[::-1]
 
 
 @on("triple")
-def exercise_1(answer, rig=None):
+@asks("The number of states")
+def exercise_1(rig):
     """How many states the linear model of a rig has."""
-    truth = linearize(rig).nstates
-    return compare(
-        "The number of states",
-        answer,
-        truth,
-        [
-            (
-                rig.n_links,
-                "Angles alone are not enough: to know what comes next you need the rates too.",
-            ),
-            (
-                rig.n_links + 1,
-                "Four are the measured outputs, and the states of the double; here there are three links.",
-            ),
-        ],
-        praise="One angle and one rate for each link.",
-    )
+    yield linearize(rig).nstates, "Now say in words which numbers they are."
+    yield rig.n_links, "Is one number for each link enough to tell what comes next?"
+    yield 4, "Those are the measured outputs, or the states of the double; here are three links."
 
 
 @on("double")
-def exercise_2(answer, rig=None):
+@asks("The doubling time")
+def exercise_2(rig):
     """Time in which a falling pendulum's deviation doubles, s."""
-    fastest = np.linalg.eigvals(linearize(rig).A).real.max()
-    return compare(
-        "The doubling time",
-        answer,
-        np.log(2) / fastest,
-        [
-            (fastest, "That is the eigenvalue itself, in 1/s; solve e^(s t) = 2 for t."),
-            (
-                np.log(2) / np.linalg.eigvals(linearize(load("triple")).A).real.max(),
-                "That is the triple; the double is asked for.",
-            ),
-            (1 / fastest, "In that time it grows by a factor e; doubling is less."),
-            (2 / fastest, "Growth is exponential, not linear."),
-            (np.log10(2) / fastest, "The exponential has base e: take the natural logarithm."),
-            (
-                np.log(2) / np.sort(np.linalg.eigvals(linearize(rig).A).real)[-2],
-                "That is the slow unstable motion; the fast one decides when it is too late.",
-            ),
-        ],
-        praise="Some tens of samples of 10 ms: little time, but enough.",
-    )
+    fast, slow = growth(rig)[:2]
+    yield np.log(2) / fast, "Some tens of samples of 10 ms: little time, but enough."
+    yield fast, "That is the eigenvalue itself, in 1/s; solve e^(s t) = 2 for t."
+    yield np.log(2) / growth(load("triple"))[0], "That is the triple; the double is asked for."
+    yield 1 / fast, "In that time it grows by a factor e; doubling is less."
+    yield 2 / fast, "Growth is exponential, not linear."
+    yield np.log10(2) / fast, "The exponential has base e: take the natural logarithm."
+    yield np.log(2) / slow, "That is the slow fall; the fast one decides when it is too late."
 
 
 @on("double", own="'00.3', mass, rig=rig")
-def exercise_3(answer, rig=None):
+@asks("The mass")
+def exercise_3(rig):
     """Mass of all links, kg."""
     total = sum(link.mass for link in rig.links)
-    return compare(
-        "The mass",
-        answer,
-        total,
-        [
-            (rig.links[0].mass, "That is link 1 alone; sum over rig.links."),
-            (total * rig.g, "That is a weight in newtons; the mass is asked for."),
-        ],
-        praise="Your rig is loaded and read: you can work with it in every notebook.",
-    )
+    yield total, "Your rig is loaded and read: you can work with it in every notebook."
+    yield rig.links[0].mass, "That is link 1 alone; sum over rig.links."
+    yield total * rig.g, "That is a weight in newtons; the mass is asked for."

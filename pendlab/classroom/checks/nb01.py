@@ -12,28 +12,23 @@ from ...studies.controllability import (
     recoverable_tilt,
     with_bar,
 )
-from .judging import choose, compare, on
+from .judging import asks, choose, on
 
 TS = 0.01
 
 
 @on("triple", own="'01.1', samples, rig=rig")
-def exercise_1(answer, rig=None):
+@asks("samples")
+def exercise_1(rig):
     """Samples of 10 ms in which the fastest fall doubles."""
-    s = np.sort(np.linalg.eigvals(linearize(rig).A).real)
+    s = np.sort(linearize(rig).poles().real)
     truth = np.log(2) / s[-1] / TS
-    return compare(
-        "samples",
-        answer,
-        truth,
-        mistakes=[
-            (1 / s[-1] / TS, "In that time it grows by a factor e; doubling is less."),
-            (np.log(2) / s[-2] / TS, "That is a slower way to fall; the fastest one decides."),
-            (np.log(2) / -s[0] / TS, "That eigenvalue is negative: nothing grows there."),
-            (truth * TS, "That is in seconds; how many samples of 10 ms are they?"),
-            (truth * TS * 1000, "That is in ms; how many samples of 10 ms are they?"),
-        ],
-    )
+    yield truth, None
+    yield 1 / s[-1] / TS, "In that time it grows by a factor e; doubling is less."
+    yield np.log(2) / s[-2] / TS, "That is a slower way to fall; the fastest one decides."
+    yield np.log(2) / -s[0] / TS, "That eigenvalue is negative: nothing grows there."
+    yield truth * TS, "That is in seconds; how many samples of 10 ms are they?"
+    yield truth * TS * 1000, "That is in ms; how many samples of 10 ms are they?"
 
 
 @on("double")
@@ -46,96 +41,78 @@ def exercise_2(answer, rig=None):
         "the two moves the centre of mass more, and it has to come back over the hinge."
     )
     return choose(
-        "first_move", answer, truth, {"forwards": hint, "backwards": hint, "neither": hint}
+        "first_move", answer, truth, dict.fromkeys(("forwards", "backwards", "neither"), hint)
     )
 
 
 @on("double", own="'01.3', d, rig=rig")
-def exercise_3(answer, rig=None):
+@asks("d")
+def exercise_3(rig):
     """Distance to uncontrollability in units of 0.1 rad, 0.2 s and u_max."""
     plant = linearize(rig)
     A, B = in_units(plant, 0.1, 0.2, rig.u_max)
-    sampled = sample(plant, TS)
-    return compare(
-        "d",
-        answer,
-        distance_to_uncontrollability(A, B)[0],
-        mistakes=[
-            (
-                _least(A, B, np.linalg.eigvals(A)),
-                "You looked at the eigenvalues of A only. A change of A moves them; the least value "
-                "lies beside one of them, so look at other s too.",
-            ),
-            (
-                distance_to_uncontrollability(plant.A, plant.B)[0],
-                "That is the distance in rad, s and V; use pl.in_units first.",
-            ),
-            (
-                distance_to_uncontrollability(*in_units(plant, 0.1, 0.2))[0],
-                "The inputs are still in volts; pass the limits to pl.in_units.",
-            ),
-            (
-                distance_to_uncontrollability(sampled.A, sampled.B)[0],
-                "That belongs to the sampled model; the question is about the continuous one.",
-            ),
-        ],
-        tolerance=5e-3,
+
+    def distance(A, B):
+        return distance_to_uncontrollability(A, B)[0]
+
+    yield distance(A, B), None
+    beside = (
+        "You looked at the eigenvalues of A only. A change of A moves them; the least value "
+        "lies beside one of them, so look at other s too."
     )
+    yield _least(A, B, np.linalg.eigvals(A)), beside
+    yield distance(plant.A, plant.B), "That is the distance in rad, s and V; use pl.in_units first."
+    volts = "The inputs are still in volts; pass the limits to pl.in_units."
+    yield distance(*in_units(plant, 0.1, 0.2)), volts
+    sampled = sample(plant, TS)
+    continuous = "That belongs to the sampled model; the question is about the continuous one."
+    yield distance(sampled.A, sampled.B), continuous
 
 
 @on("double")
-def exercise_4(answer, rig=None):
+@asks("inertia")
+def exercise_4(rig):
     """Added inertia on link 1 with which the double cannot be stabilised."""
     M, N, P = _matrices(rig)
     A1, A2, M1, M2 = _straight_fall(rig)
     s = np.sqrt(-P[1].sum() / M[1].sum())
     truth, decaying = (-(N[0].sum() * z + P[0].sum()) / z**2 - A1 for z in (s, -s))
-    return compare(
-        "inertia",
-        answer,
-        truth,
-        mistakes=[
-            (
-                decaying,
-                "There the motor has no say in a mode either, but that mode dies away by itself: the "
-                "rig can still be stabilised. Look for the one that grows.",
-            ),
-            (
-                M1 / M2 * A2 - A1,
-                "Nearly: without friction this would be it. The friction of the lowest hinge "
-                "brakes a straight fall as well; add its term C1 s.",
-            ),
-            (truth + A1, "That is the whole of link 1's term; how much of it has to be added?"),
-            (truth + rig.links[0].inertia, "That is the link's new inertia; the bar's is asked."),
-        ],
-        tolerance=5e-3,  # three digits
+    yield truth, None
+    dies = (
+        "There the motor has no say in a mode either, but that mode dies away by itself: the "
+        "rig can still be stabilised. Look for the one that grows."
     )
+    yield decaying, dies
+    brakes = (
+        "Nearly: without friction this would be it. The friction of the lowest hinge "
+        "brakes a straight fall as well; add its term C1 s."
+    )
+    yield M1 / M2 * A2 - A1, brakes
+    yield truth + A1, "That is the whole of link 1's term; how much of it has to be added?"
+    yield truth + rig.links[0].inertia, "That is the link's new inertia; the bar's is asked."
 
 
 @on("double")
-def exercise_5(answer, rig=None):
+@asks("length", tolerance=1e-2)  # two digits
+def exercise_5(rig):
     """Length (m) from which a tube across the upper link lets more tilt be caught."""
-    line = float(published("sec2.tube_mass").values)
     hint = "A uniform tube of length b has mass 0.343 b and inertia (mass) b^2/12; pass both."
-    weightless = lambda b: with_bar(rig, rig.n_links, line * b**3 / 12)  # noqa: E731
-    third = lambda b: with_bar(rig, rig.n_links, line * b**3 / 3, line * b)  # noqa: E731
-    tube = lambda b: with_bar(rig, rig.n_links, line * b**3 / 12, line * b)  # noqa: E731
-    return compare(
-        "length",
-        answer,
-        _break_even(rig, tube),
-        mistakes=[
-            (_break_even(rig, third), f"The bar is held at its middle. {hint}"),
-            (_break_even(rig, weightless), f"Without weight every bar up there helps. {hint}"),
-        ],
-        tolerance=1e-2,  # two digits
-    )
+    yield _break_even(rig), None
+    yield _break_even(rig, arm=3), f"The bar is held at its middle. {hint}"
+    yield _break_even(rig, weight=0), f"Without weight every bar up there helps. {hint}"
 
 
-def _break_even(rig, barred):
-    """Length at which the tilt that can be caught is again that without a bar; nan if never."""
-    bare = recoverable_tilt(rig)
-    gain = lambda b: recoverable_tilt(barred(b)) / bare - 1  # noqa: E731
+def _break_even(rig, arm=12, weight=1):
+    """Length at which the tilt that can be caught is again that without a tube; nan if never.
+
+    The tube counts with m b^2/`arm` and with `weight` times its mass.
+    """
+    line, bare = float(published("sec2.tube_mass").values), recoverable_tilt(rig)
+
+    def gain(b):
+        barred = with_bar(rig, rig.n_links, line * b**3 / arm, weight * line * b)
+        return recoverable_tilt(barred) / bare - 1
+
     lengths = np.linspace(0.2, 3, 15)
     gains = np.array([gain(b) for b in lengths])
     up = np.flatnonzero((gains[:-1] < 0) & (gains[1:] >= 0))

@@ -4,7 +4,6 @@ from dataclasses import replace
 
 import control
 import numpy as np
-from scipy.linalg import solve_discrete_are
 
 from ..._arguments import number
 from ...controllers import controller
@@ -17,237 +16,169 @@ from ...paper.designs import paper_design
 from ...paper.ledger import published
 from ...sampled import add_integrator
 from ...studies.transmission import rms
-from .judging import Verdict, compare
+from .hw3 import kalman_gain
+from .judging import asks, judged
 
 OFFSET = 0.01  # rad, on the sensor of theta2 - theta1
 SIGMA = (1e-3, 1e-3, 1e-2)  # rad, rad, rad/s: noise of the readings in exercise 7
 DISTANCE, NOISE = 0.91, 0.2  # from -1, V: what exercise 7 asks for
 
 
-def exercise_1(final_angle, rig=None):
+@asks("final_angle", tolerance=0.02)  # a simulation of a minute or two has not quite settled
+def exercise_1(rig):
     """Angle at which the double settles with an offset in the sensor that is integrated, rad."""
     double = _design("double", rig)
-    plant, F = double.augmented, double.F
-    A, B = plant.A, plant.B
-    pushed = -B @ F @ [0, OFFSET, 0, 0, 0] - double.dt * OFFSET * np.eye(5)[4]
-    settled = np.linalg.solve(np.eye(5) - A + B @ F, pushed)[1]
-    plain = replace(double, Q=double.Q[:4], tracked=()).F
-    A, B = double.model.A, double.model.B
-    without = np.linalg.solve(np.eye(4) - A + B @ plain, -B @ plain @ [0, OFFSET, 0, 0])[1]
 
-    def after(seconds):
-        """The angle at a time when the integrator is still at work."""
-        loop = A_w - B_w @ F
-        return settled - (np.linalg.matrix_power(loop, round(seconds / double.dt)) @ rest)[1]
+    def angle(design, seconds=np.inf):
+        """After a time in which the integrator has been at work."""
+        A, B, F = design.augmented.A, design.augmented.B, design.F
+        loop, sensed = A - B @ F, np.eye(len(A))[1]
+        pushed = -B @ F @ sensed * OFFSET
+        if design.tracked:
+            pushed[4] -= design.dt * OFFSET
+        rest = np.linalg.solve(np.eye(len(A)) - loop, pushed)
+        gone = (
+            np.linalg.matrix_power(loop, round(seconds / design.dt)) if seconds < np.inf else 0 * A
+        )
+        return (rest - gone @ rest)[1]
 
-    A_w, B_w = plant.A, plant.B
-    rest = np.linalg.solve(np.eye(5) - A_w + B_w @ F, pushed)
+    settled = angle(double)
+    yield settled, None
     early = (
         "Has it settled? The integrator is slow: plot the angle, and wait until it moves no more."
     )
-    return compare(
-        "final_angle",
-        final_angle,
-        settled,
-        [
-            *(
-                (after(seconds), early)
-                for seconds in (2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 60)
-            ),
-            (0.0, "That is what the sensor shows in the end. The true angle is asked for."),
-            (-settled, "The sign: the sensor shows the true angle plus its offset."),
-            (without, "That is without the integrator; use `double.F` with its fifth entry."),
-        ],
-        tolerance=0.02,  # a simulation of a minute or two has not quite settled
-        praise="The integrator is as good as the sensor that it integrates.",
-    )
+    for seconds in (2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 60):
+        yield angle(double, seconds), early
+    yield 0.0, "Which angle is 0 in the end: the true one, or what the sensor shows?"
+    yield -settled, "The sign: the sensor shows the true angle plus its offset."
+    plain = replace(double, Q=double.Q[:4], tracked=())
+    yield angle(plain), "That is without the integrator; use `double.F` with its fifth entry."
 
 
-def exercise_2(answers, rig=None):
+@asks("answers", apart=True)
+def exercise_2(rig):
     """(turns, unstable closed-loop eigenvalues) of the double's loop times 0.4, 1 and 20."""
     double = _design("double", rig)
     loops = (state_feedback_loop(double.augmented, k * double.F) for k in (0.4, 1.0, 20.0))
     counts = [encirclements(loop) for loop in loops]
-    truth = np.array([(count.turns, count.unstable_closed) for count in counts], dtype=float)
-    turns, unstable = truth.T
-    opened = counts[0].unstable_open
+    turns, unstable = np.array([(c.turns, c.unstable_closed) for c in counts], dtype=float).T
 
     def pairs(first, second):
         return np.column_stack([first, second])
 
-    return compare(
-        "answers",
-        answers,
-        truth,
-        [
-            (pairs(unstable, turns), "The pairs are the other way round: (turns, unstable)."),
-            (pairs(-turns, unstable), "Turns are counted anticlockwise here."),
-            (
-                pairs(turns / 2, unstable),
-                "That is the upper half of the contour; count both halves.",
-            ),
-            (
-                pairs(turns + 1, unstable),
-                "You stepped round z = 1 on the inside, where one more pole is outside the contour; "
-                "pl.encirclements steps round it on the outside.",
-            ),
-            (
-                pairs(turns, turns * 0 + opened),
-                "Those are the open-loop eigenvalues; P - Z = turns.",
-            ),
-            (pairs(turns * 0 + opened, unstable), "Turns = P - Z; they change with Z."),
-        ],
-        apart=True,
-        praise="In each pair, turns and unstable eigenvalues add up to the number of the open loop.",
+    praise = "In each pair, turns and unstable eigenvalues add up to the number of the open loop."
+    yield pairs(turns, unstable), praise
+    yield pairs(unstable, turns), "The pairs are the other way round: (turns, unstable)."
+    yield pairs(-turns, unstable), "Turns are counted anticlockwise here."
+    half = "That is the upper half of the contour; count both halves."
+    yield pairs(turns / 2, unstable), half
+    inside = (
+        "You stepped round z = 1 on the inside, where one more pole is outside the contour; "
+        "pl.encirclements steps round it on the outside."
     )
+    yield pairs(turns + 1, unstable), inside
+    opened = turns * 0 + counts[0].unstable_open
+    yield pairs(turns, opened), "Those are the open-loop eigenvalues; P - Z = turns."
+    yield pairs(opened, unstable), "Turns = P - Z; they change with Z."
 
 
-def exercise_3(ripple, rig=None):
+@asks("ripple")
+def exercise_3(rig):
     """Ratio of the controllers' gains from theta1 to the voltage at z = -1, observer 2 to 1."""
     systems = [paper_design("double", observer=n).controller.system for n in (1, 2)]
 
-    def ratio(omega, sensor=0):
-        gains = [frequency_response(system, omega)[0, 0, sensor] for system in systems]
-        return abs(gains[1]) / abs(gains[0])
+    def ratio(omega=np.pi / systems[0].dt, sensor=0):
+        first, second = (abs(frequency_response(s, omega)[0, 0, sensor]) for s in systems)
+        return second / first
 
-    truth = ratio(np.pi / systems[0].dt)
-    direct = [abs(system.D[0, 0]) for system in systems]
-    other = "That is another sensor; theta1 is the first input of the controller."
-    return compare(
-        "ripple",
-        ripple,
-        truth,
-        [
-            (20 * np.log10(truth), "That is in decibels; give the factor itself."),
-            (
-                direct[1] / direct[0],
-                "Only L1 counted; the observer's state adds its share at z = -1.",
-            ),
-            (ratio(50.0), "Half the sampling rate is 50 Hz; frequencies go in as rad/s."),
-            (ratio(np.pi / systems[0].dt, 1), other),
-            (ratio(np.pi / systems[0].dt, 2), other),
-            (1 / truth, "That is observer 1 against observer 2; turn it round."),
-        ],
-        praise="Observer 2 differentiates theta1, and a motor would shake with it.",
-    )
+    yield ratio(), None
+    yield 20 * np.log10(ratio()), "That is in decibels; give the factor itself."
+    direct = "Only L1 counted; the observer's state adds its share at z = -1."
+    yield abs(systems[1].D[0, 0]) / abs(systems[0].D[0, 0]), direct
+    yield ratio(50.0), "Half the sampling rate is 50 Hz; frequencies go in as rad/s."
+    for sensor in (1, 2):
+        other = "That is another sensor; theta1 is the first input of the controller."
+        yield ratio(sensor=sensor), other
+    yield 1 / ratio(), "That is observer 1 against observer 2; turn it round."
 
 
-def exercise_4(kp_low, rig=None):
+@asks("kp_low", tolerance=1e-2)  # two digits
+def exercise_4(rig):
     """Lower end of the interval of k_p with two unstable eigenvalues, V/rad."""
     triple = _design("triple", rig)
-    A, B, C = triple.model.A, triple.model.B, triple.model.C
 
-    def at_one(motor, output):
+    def at_one(motor=1, output=2, model=triple.model):
+        A, B, C = model.A, model.B, triple.model.C
         return -1 / (C[output] @ np.linalg.solve(np.eye(len(A)) - A, B[:, motor]))
 
-    truth = at_one(1, 2)
-    plant = triple.plant
-    mixed = -1 / (C[2] @ np.linalg.solve(np.eye(len(A)) - plant.A, plant.B[:, 1]))
-    printed = published("eq18.k_p_interval").values[0]
-    return compare(
-        "kp_low",
-        kp_low,
-        truth,
-        [
-            (printed, "That is the paper's printed number; the parameters give another."),
-            (
-                alignment_interval(triple.model)[1],
-                "That is the upper end; there a pair leaves the circle.",
-            ),
-            (alignment_interval(triple.filtered)[1], "That is the upper end, with filters."),
-            (-truth, "The sign: A_t1 = A_t - B_t2 k_p C_p C_t, so I - A_t1 has a plus."),
-            (mixed, "I - A belongs to the sampled model; for the continuous one it is 0 - A."),
-            (at_one(0, 2), "That is motor 1's column; the spring is made by motor 2."),
-            (at_one(1, 1), "That feeds back theta2 - theta1; C_p picks out theta3 - theta2."),
-        ],
-        tolerance=1e-2,  # two digits
-        praise="At z = 1 nothing moves: a static balance, whatever the sampling time.",
-    )
+    yield at_one(), None
+    printed = "That is the paper's printed number; the parameters give another."
+    yield published("eq18.k_p_interval").values[0], printed
+    pair = "That is the upper end; there a pair leaves the circle."
+    yield alignment_interval(triple.model)[1], pair
+    yield alignment_interval(triple.filtered)[1], "That is the upper end, with filters."
+    yield -at_one(), "The sign: A_t1 = A_t - B_t2 k_p C_p C_t, so I - A_t1 has a plus."
+    mixed = "I - A belongs to the sampled model; for the continuous one it is 0 - A."
+    yield at_one(model=triple.plant), mixed
+    yield at_one(motor=0), "That is motor 1's column; the spring is made by motor 2."
+    yield at_one(output=1), "That feeds back theta2 - theta1; C_p picks out theta3 - theta2."
 
 
-def exercise_5(free, rig=None):
+@asks("free", apart=True)
+def exercise_5(rig):
     """Parameters of the observer that change the controller: double, triple, triple with two E."""
     double, triple = (paper_design(name).model for name in ("double", "triple"))
     cases = ((double, (0.9,)), (triple, (0.9, 0.9)), (triple, (0.9, 0.8)))
     solutions = np.array([observer_family(model, E).dimension for model, E in cases])
     commuting = np.array([_commuting(np.diag(E)) for _, E in cases])
     rows = np.array([len(E) for _, E in cases])
-    return compare(
-        "free",
-        free,
-        solutions - commuting,
-        [
-            (solutions, "Those are the dimensions of the null spaces; now subtract."),
-            (commuting, "Those are the dimensions of what commutes with E; subtract them."),
-            (
-                solutions - rows,
-                "Which 2 x 2 matrices commute with 0.9 times the identity? More than the diagonal.",
-            ),
-            (
-                solutions - rows**2,
-                "Not every 2 x 2 matrix commutes with diag(0.9, 0.8): multiply one out.",
-            ),
-            (solutions - 1, "Scaling is one matrix that commutes with E; are there more?"),
-        ],
-        apart=True,
-        praise="What commutes with E only renames the observer's states.",
-    )
+    yield solutions - commuting, "What commutes with E only renames the observer's states."
+    yield solutions, "Those are the dimensions of the null spaces; now subtract."
+    yield commuting, "Those are the dimensions of what commutes with E; subtract them."
+    diagonal = "Which 2 x 2 matrices commute with 0.9 times the identity? More than the diagonal."
+    yield solutions - rows, diagonal
+    every = "Not every 2 x 2 matrix commutes with diag(0.9, 0.8): multiply one out."
+    yield solutions - rows**2, every
+    yield solutions - 1, "Scaling is one matrix that commutes with E; are there more?"
 
 
-def exercise_6(kp_max, rig=None):
+@asks("kp_max")
+def exercise_6(rig):
     """Largest k_p of the finished triple with filters, F unchanged, V/rad."""
     triple = _design("triple", rig)
-    up = margins(triple.loop(1, filters=True)).gain_up
-    return compare(
-        "kp_max",
-        kp_max,
-        triple.kp * up,
-        [
-            (up, "That is a factor; of which k_p?"),
-            (
-                alignment_interval(triple.filtered)[1],
-                "That belongs to motor 2's loop alone. Here the loop of motor 1 is closed as well.",
-            ),
-            (alignment_interval(triple.model)[1], "That is without filters and without loop 1."),
-            (triple.kp * margins(triple.loop(1)).gain_up, "That is without filters; put them in."),
-            (
-                triple.kp * margins(triple.loop(0, filters=True)).gain_up,
-                "That is the gain margin at input 1; k_p is the gain of loop 2.",
-            ),
-            (
-                triple.kp * margins(triple.loop(1, filters=True)).gain_down,
-                "That is how far k_p may fall; how far may it rise?",
-            ),
-            (triple.kp * (up - 1), "That is how much may be added to k_p."),
-        ],
-        tolerance=5e-3,  # three digits
-        praise="Not far above the chosen value: the filters have used up what was to spare.",
-    )
+
+    def found(index=1, filters=True):
+        return margins(triple.loop(index, filters))
+
+    yield triple.kp * found().gain_up, None
+    yield found().gain_up, "That is a factor; of which k_p?"
+    upper = "That is the upper end of the interval; here the loops of both motors are closed."
+    yield alignment_interval(triple.filtered)[1], upper
+    yield alignment_interval(triple.model)[1], f"Put the filters in. {upper}"
+    yield triple.kp * found(filters=False).gain_up, "That is without filters; put them in."
+    one = "That is the gain margin at input 1; k_p is the gain of loop 2."
+    yield triple.kp * found(index=0).gain_up, one
+    yield triple.kp * found().gain_down, "That is how far k_p may fall; how far may it rise?"
+    yield triple.kp * (found().gain_up - 1), "That is how much may be added to k_p."
 
 
+@judged
 def exercise_7(q_mine, rig=None):
     """Process noise of a Kalman filter for the double with its filters: near, and quiet."""
-    q = number("q_mine", q_mine, above=0)
-    double = _design("double", rig)
-    distance, noise = _kalman(double, q)
-    if distance >= DISTANCE and noise <= NOISE:
-        return Verdict(
-            True,
-            f"Distance {distance:.3f} at {noise:.3f} V: the more the filter doubts the motor, "
-            "the nearer it comes to H = 0, and the more it must believe the sensors.",
-        )
-    told = f"With your q the distance is {distance:.3f} and the noise {noise:.3f} V. "
-    return Verdict(
-        False, told + ("Doubt the motor more." if distance < DISTANCE else "Doubt it less.")
-    )
+    distance, noise = _kalman(_design("double", rig), number("q_mine", q_mine, above=0))
+    told = f"With your q the distance is {distance:.3f} and the noise {noise:.3f} V."
+    if distance < DISTANCE:
+        yield f"{told} Doubt the motor more."
+    if noise > NOISE:
+        yield f"{told} Doubt it less."
+    return f"Distance {distance:.3f} at {noise:.3f} V. Now say why both grow with q."
 
 
 def _kalman(design, q):
-    """Distance from -1 with filters, and noise on u in V, with the filter of process noise q B B'."""
+    """Distance from -1 with filters, and noise on u in V, where the filter expects q B B'."""
     model = design.filtered
-    A, B, C, V = model.A, model.B, model.C, np.diag(np.square(SIGMA))
-    X = solve_discrete_are(A.T, C.T, q * B @ B.T, V)
-    M = X @ C.T @ np.linalg.inv(C @ X @ C.T + V)
+    A, B, C = model.A, model.B, model.C
+    M = kalman_gain(model, q * B @ B.T, np.diag(np.square(SIGMA)))
     T = np.eye(len(A)) - M @ C
     Q = [*design.Q[:4], *[0] * (len(A) - 4), design.Q[4]]
     F = lqr(add_integrator(model, 1), Q, design.R)
@@ -256,29 +187,23 @@ def _kalman(design, q):
     return margins(open_loop(own, model)).modulus, noise
 
 
-def exercise_8(floors, rig=None):
-    """Hard floor of the peak of |det S| of the triple, and the soft one below the motors' cut-off."""
+@asks("floors")
+def exercise_8(rig):
+    """Hard floor of the triple's peak of |det S|, and the soft one below the motors' cut-off."""
     triple = _design("triple", rig)
-    hard, soft = _floors(triple.model, triple.rig.filters.input_hz[0], triple.dt)
-    double = _design("double", None)
-    return compare(
-        "floors",
-        floors,
-        (hard, soft),
-        [
-            ((soft, hard), "The other way round: first the floor for any controller."),
-            ((np.log(hard), soft), "The first is the sum of the logarithms; the peak is its exponential."),
-            ((hard, hard ** (1 / (triple.dt * triple.rig.filters.input_hz[0]))), "Frequencies go up to half the sampling rate."),
-            (_floors(double.model, double.rig.filters.input_hz[0], double.dt), "That is the double's; take the triple."),
-        ],
-        tolerance=5e-3,
-        praise="The pendulum asks for little; the rest of the peak is the design's.",
-    )  # fmt: skip
+    cut_off, dt = triple.rig.filters.input_hz[0], triple.dt
 
+    def floors(model, highest=0.5 / dt):
+        hard = np.prod([max(1.0, abs(p)) for p in model.poles()])
+        return np.array([hard, hard ** (highest / cut_off)])
 
-def _floors(model, cut_off, dt):
-    hard = np.prod([max(1.0, abs(p)) for p in np.linalg.eigvals(model.A)])
-    return hard, hard ** (0.5 / dt / cut_off)
+    hard, soft = floors(triple.model)
+    yield (hard, soft), "Hold the peak of part 3 against them."
+    yield (soft, hard), "The other way round: first the floor for any controller."
+    peak = "The first is the sum of the logarithms; the peak is its exponential."
+    yield (np.log(hard), soft), peak
+    yield floors(triple.model, 1 / dt), "Frequencies go up to half the sampling rate."
+    yield floors(paper_design("double").model), "That is the double's; take the triple."
 
 
 def _design(name, rig):

@@ -15,34 +15,32 @@ from ...bench.imperfections import (
 from ...bench.many import simulate_many
 from ...bench.simulation import simulate
 from ...design import Design
-from ...loop import closed_loop_eigenvalues, margins
+from ...loop import margins, time_constant
 from ...paper import words
 from ...paper.designs import paper_design
 from ...paper.ledger import published
 from ...studies.pushes import force_levers, largest_pulses
-from .judging import Verdict, choose, compare
+from .acceptance import unstable
+from .judging import asks, choose, judged, not_callable
 
 SLOWEST, DISTANCE = 2.0, 0.6  # s; from -1
-PUSH, TOLERANCE = 0.05, 0.03  # s; of the height
-
 GROWN = 1.3  # last third of the first seven seconds over the first, of a load that lets go
 
 
+@judged
 def exercise_1(answer, rig=None):
     """Rest position under an offset of 3 mrad in theta1."""
     design, offset = paper_design("double"), np.array([0.003, 0.0, 0.0])
     answer = array("The answer", answer, (2,))
     # The truth is zero, so what counts as near is absolute: a hundredth of the offset.
     right = np.abs(answer - _rest(design, offset)) < 3e-5
-    if right.all():
-        return Verdict(True, "The integrator wins: an offset below does not bend the rig.")
-    if np.allclose(answer, offset[:2], atol=1e-6):
-        return Verdict(False, "Those are the sensor errors; the rig does not simply follow them.")
-    if right[1]:
-        return Verdict(
-            False, "The integrator does its part; where must the centre of mass then be?"
-        )
-    return Verdict(False, "What does the integrator insist on once everything is at rest?")
+    if not right.all():
+        if np.allclose(answer, offset[:2], atol=1e-6):
+            yield "Those are the sensor errors; the rig does not simply follow them."
+        if right[1]:
+            yield "The integrator does its part; where must the centre of mass then be?"
+        yield "What does the integrator insist on once everything is at rest?"
+    return "The integrator wins: an offset below does not bend the rig."
 
 
 def _rest(design, offset):
@@ -53,54 +51,39 @@ def _rest(design, offset):
     return np.linalg.solve(np.eye(len(A)) - A, drive)[: design.rig.n_links]
 
 
+@judged
 def exercise_2(answer, rig=None):
     """A design of the double with a fast integrator and a margin."""
     if not isinstance(answer, Design):
-        return Verdict(
-            False, f"A pl.Design is asked for, {found(answer)}; try dataclasses.replace."
-        )
+        yield f"A pl.Design is asked for, {found(answer)}; try dataclasses.replace."
     if answer.rig.n_links != 2:
-        return Verdict(False, "The double pendulum is asked for.")
-    eigenvalue = abs(closed_loop_eigenvalues(answer.filtered_loop)[0])
-    if eigenvalue >= 1:
-        return Verdict(False, "With filters this loop is not stable.")
-    slowest = -answer.dt / np.log(eigenvalue)
+        yield "The double pendulum is asked for."
+    yield unstable(answer.filtered_loop)
+    slowest = time_constant(answer.filtered_loop)
     distance = margins(answer.loop(0, filters=True)).modulus
     if slowest >= SLOWEST:
-        return Verdict(
-            False, f"The slowest time constant is still {slowest:.1f} s; which weight acts on w?"
-        )
+        yield f"The slowest time constant is still {slowest:.1f} s; which weight acts on w?"
     if distance <= DISTANCE:
-        return Verdict(
-            False,
-            f"Fast enough, but only {distance:.2f} from -1 with filters: a little less haste.",
-        )
-    return Verdict(
-        True, f"Slowest time constant {slowest:.2f} s at a distance of {distance:.2f} from -1."
-    )
+        yield f"Fast enough, but only {distance:.2f} from -1 with filters: a little less haste."
+    return f"Slowest time constant {slowest:.2f} s at a distance of {distance:.2f} from -1."
 
 
+@judged
 def exercise_3(answer, rig=None):
     """Does forgetting step 4 change the motion when H = 0, without and with the motors' filters?"""
     if not isinstance(answer, (tuple, list)) or len(answer) != 2:
-        return Verdict(False, f'A pair such as ("yes", "yes") is asked for, {found(answer)}.')
-    hints = (
-        {
-            "yes": "Without filters the amplifier cuts what the program would have cut. Follow u "
-            "through (29): with H = 0, into which state does it go?",
-        },
-        {
-            "no": "With filters between program and amplifier the order matters: does a filter of a "
-            "limited voltage equal a limited filtered one?",
-        },
+        yield f'A pair such as ("yes", "yes") is asked for, {found(answer)}.'
+    without = (
+        "Without filters the amplifier cuts what the program would have cut. Follow u "
+        "through (29): with H = 0, into which state does it go?"
     )
-    for case, said, filters, hint in zip("ab", answer, (False, True), hints):
-        verdict = choose(f"Answer ({case})", said, _limits_matter(filters), hint)
-        if not verdict:
-            return verdict
-    return Verdict(
-        True, "The same cut twice changes nothing; a cut before a filter is another cut."
+    between = (
+        "With filters between program and amplifier the order matters: does a filter of a "
+        "limited voltage equal a limited filtered one?"
     )
+    yield choose("Answer (a)", answer[0], _limits_matter(False), {"yes": without})
+    yield choose("Answer (b)", answer[1], _limits_matter(True), {"no": between})
+    return "The same cut twice changes nothing; a cut before a filter is another cut."
 
 
 @lru_cache
@@ -115,23 +98,22 @@ def _limits_matter(filters):
     return "no" if np.allclose(runs[0].angles, runs[1].angles, atol=1e-9) else "yes"
 
 
+@judged
 def exercise_4(answer, rig=None):
     """Largest force of 50 ms at the centre of link 2 of the double with filters and limits, N."""
     if rig is not None:
-        return Verdict(False, "This exercise is about the paper's double pendulum; leave rig out.")
+        yield "This exercise is about the paper's double pendulum; leave rig out."
+    yield _force(answer)
+    return "A short push of that impulse is all it takes."
+
+
+@asks("The force", tolerance=0.035)
+def _force(rig):
     forces, torques = _largest_forces()
-    return compare(
-        "The force",
-        answer,
-        forces[1],
-        [
-            (forces[0], "That is a force on link 1; link 2 is asked for."),
-            (torques[1], "That is a torque in N m; a force at a point is asked for."),
-            (0.05 * forces[1], "That is the impulse; the height of the pulse is asked for."),
-        ],
-        tolerance=0.035,
-        praise="A short push of that impulse is all it takes.",
-    )
+    yield forces[1], None
+    yield forces[0], "That is a force on link 1; link 2 is asked for."
+    yield torques[1], "That is a torque in N m; a force at a point is asked for."
+    yield 0.05 * forces[1], "That is the impulse; the height of the pulse is asked for."
 
 
 @lru_cache
@@ -146,13 +128,13 @@ def _largest_forces():
     )
 
 
+@judged
 def exercise_5(load, rig=None):
     """A load that fades and lets the oscillation grow."""
-    if not callable(load):
-        return Verdict(False, f"A function of t is asked for, {found(load)}.")
+    yield not_callable(load, "a function of t")
     first, last = (np.linalg.norm(array("load(t)", load(t), (3,))) for t in (0.0, 7.0))
     if last >= 0.5 * first:
-        return Verdict(False, "The load must have faded to less than half by seven seconds.")
+        yield "The load must have faded to less than half by seven seconds."
     design = paper_design("triple")
     draw, start = np.random.default_rng(1), np.array(bench_start(design.rig))
     runs = simulate_many(
@@ -165,38 +147,27 @@ def exercise_5(load, rig=None):
         imperfections=bench_imperfections(design.rig),
     )
     if any(run.fell for run in runs):
-        return Verdict(False, "Under this load the pendulum falls: less of it.")
+        yield "Under this load the pendulum falls: less of it."
     thirds = ((0, 7 / 3), (14 / 3, 7))
     swings = np.array([[words.swing(run, 1, *third) for third in thirds] for run in runs])
-    grown = int((swings[:, 1] > GROWN * swings[:, 0]).sum())
-    if grown > len(runs) / 2:
-        return Verdict(True, "A load closes the gears; as it fades, the limit cycle comes back.")
-    return Verdict(
-        False,
-        "From most starts the swing does not grow enough. Compare its first third with no load at "
-        "all: is it quenched, and which way does the load bend the rig?",
-    )
+    if (swings[:, 1] > GROWN * swings[:, 0]).sum() <= len(runs) / 2:
+        yield (
+            "From most starts the swing does not grow enough. Compare its first third with no load "
+            "at all: is it quenched, and which way does the load bend the rig?"
+        )
+    return "A load closes the gears; as it fades, the limit cycle comes back."
 
 
+@judged
 def exercise_6(sides, rig=None):
     """On which sides the voltages shift under an offset, and in Fig 16."""
     if not isinstance(sides, (tuple, list)) or len(sides) != 2:
-        return Verdict(False, f'Two words such as ("same", "same") are asked for, {found(sides)}.')
-    hints = (
-        {
-            "opposite": "Look at the signs of both mean voltages for one offset, then for the others."
-        },
-        {"same": "Is the end of 16c that is missed above or below zero, and that of 16d?"},
-    )
-    for place, said, truth, hint in zip(
-        ("The first word", "The second word"), sides, (_shift(), _of_fig16()), hints
-    ):
-        verdict = choose(place, said, truth, hint)
-        if not verdict:
-            return verdict
-    return Verdict(
-        True, "Whatever the size of an offset, it cannot push one voltage up and the other down."
-    )
+        yield f'Two words such as ("same", "same") are asked for, {found(sides)}.'
+    shift = "Look at the signs of both mean voltages for one offset, then for the others."
+    yield choose("The first word", sides[0], _shift(), {"opposite": shift})
+    missed = "Is the end of 16c that is missed above or below zero, and that of 16d?"
+    yield choose("The second word", sides[1], _of_fig16(), {"same": missed})
+    return "Whatever the size of an offset, it cannot push one voltage up and the other down."
 
 
 def _shift():

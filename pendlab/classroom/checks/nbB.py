@@ -10,14 +10,14 @@ from ...models import linearize, with_filters
 from ...observers import luenberger, observer_family
 from ...parameters import load
 from ...sampled import sample
-from .judging import Verdict, compare, on
+from .judging import Verdict, asks, judged, on
 from .symbolic import agree, evaluate, is_product_sum
 
 TS = 0.01
 UNFIT = (KeyError, ValueError, TypeError, AttributeError)
-PRODUCT = "an expression of the symbols of section 3, as `reduce` returns it"
 
 
+@judged
 def exercise_1(remainder, rig=None):
     """(I + PG) - (I + F Phi B) for H = 0 when (5) and (7) hold and (6) does not.
 
@@ -25,194 +25,141 @@ def exercise_1(remainder, rig=None):
     truth at some frequencies is the truth, in whatever form.
     """
     if not is_product_sum(remainder) and remainder != 0:
-        return Verdict(False, f"remainder should be {PRODUCT}.")
+        yield "remainder should be an expression of section 3's symbols, as `reduce` returns it."
     letters = set() if remainder == 0 else {symbol.name for symbol in remainder.free_symbols}
     if not letters:
-        return Verdict(
-            False,
+        yield (
             "A plain number: then the lemma would hold without (6). Nothing is known about T B "
-            "here; leave every rule about it out.",
+            "here; leave every rule about it out."
         )
     if "H" in letters:
-        return Verdict(False, "H is zero in this exercise: it may not stand in the remainder.")
+        yield "H is zero in this exercise: it may not stand in the remainder."
     points = [_matrices(z) for z in np.exp(1j * np.array([0.02, 0.3, 2.0]))]
     try:
         ours = [evaluate(remainder, matrices, 2) for matrices in points]
     except UNFIT:
-        return Verdict(False, "remainder has products that do not fit, or symbols of your own.")
-    truth = [_without_6(**matrices) for matrices in points]
-    if all(map(agree, ours, truth)):
+        yield "remainder has products that do not fit, or symbols of your own."
+
+    def equals(formula):
+        return all(agree(own, formula(**matrices)) for own, matrices in zip(ours, points))
+
+    if equals(_without_6):
         if letters & {"K", "L1"}:
-            return Verdict(
-                False, "True, but not yet simple: K and L1 can go, by (5) and (7). Add the rules."
-            )
-        return Verdict(True, "What is left is the observer's error about the motor, seen by F.")
-    hints = (
-        (
-            lambda F, L2, Psi, T, B, **_: F @ L2 @ Psi @ T @ B,
-            "The opposite sign: the left side minus the right side is asked.",
-        ),
-        (
-            lambda F, Phi, B, **_: F @ Phi @ B,
-            "That is the wanted loop itself; take the difference of both sides.",
-        ),
-        (
-            lambda F, L2, Psi, T, B, Phi, **_: F @ Phi @ B - F @ L2 @ Psi @ T @ B,
-            "That is P G with H = 0; subtract the loop gain of state feedback.",
-        ),
-    )
-    for wrong, hint in hints:
-        if all(agree(own, wrong(**matrices)) for own, matrices in zip(ours, points)):
-            return Verdict(False, hint)
-    return Verdict(
-        False,
+            yield "True, but not yet simple: K and L1 can go, by (5) and (7). Add the rules."
+        return "What is left is the observer's error about the motor, seen by F."
+    if equals(lambda **given: -_without_6(**given)):
+        yield "The opposite sign: the left side minus the right side is asked."
+    if equals(lambda F, Phi, B, **_: F @ Phi @ B):
+        yield "That is the wanted loop itself; take the difference of both sides."
+    if equals(lambda F, Phi, B, **given: F @ Phi @ B + _without_6(F, Phi=Phi, B=B, **given)):
+        yield "That is P G with H = 0; subtract the loop gain of state feedback."
+    yield (
         "With numbers in place of the symbols it is not the difference that is asked for. Let "
-        "`reduce` do it: with `inverses`, `eq5` and `eq7`, and nothing for (6).",
+        "`reduce` do it: with `inverses`, `eq5` and `eq7`, and nothing for (6)."
     )
 
 
+@judged
 def exercise_2(R_rules=None, gap=None, rig=None):
     """The two rules that define R = (I + YX)^-1 for `reduce`, and what it leaves."""
     if not isinstance(R_rules, dict) or not all(map(is_product_sum, R_rules)):
-        return Verdict(
-            False, "R_rules should be a dictionary: product of symbols -> what it equals."
-        )
+        yield "R_rules should be a dictionary: product of symbols -> what it equals."
     if len(R_rules) != 2:
-        return Verdict(
-            False, "An inverse cancels from the left and from the right: two rules, one for each."
-        )
+        yield "An inverse cancels from the left and from the right: two rules, one for each."
     orders = [[factor.as_base_exp()[0].name for factor in left.args_cnc()[1]] for left in R_rules]
     others = sorted({name for order in orders for name in order} - {"R"})
     if len(others) != 2 or any(order.count("R") != 1 for order in orders):
-        return Verdict(
-            False,
-            "Multiply out (I + YX) R = I and R (I + YX) = I. In each, the product that `reduce` "
-            "should replace holds R once and both other symbols.",
+        yield (
+            "Multiply out what defines R, from the left and from the right: `reduce` is to replace "
+            "what still holds R and both other symbols."
         )
     rules = [(left, right + 0 * left) for left, right in R_rules.items()]  # 1 becomes SymPy's
     orders_tried = [_held(rules, *pair) for pair in (others, others[::-1])]
     held = max(orders_tried, key=sum)
     if not all(held):
         if all(map(any, zip(*orders_tried))):
-            return Verdict(False, "The order: R is the inverse of the same sum in both rules.")
-        if any(all(_held(_negated(rules), *pair)) for pair in (others, others[::-1])):
-            return Verdict(False, "The sign: solve the multiplied-out equation once more.")
+            yield "The order: R is the inverse of the same sum in both rules."
+        negated = [(left, 2 - right) for left, right in rules]  # 1 + R made 1 - R and the reverse
+        if any(all(_held(negated, *pair)) for pair in (others, others[::-1])):
+            yield "The sign: solve the multiplied-out equation once more."
         number = ("first", "second")[held.index(False)]
-        return Verdict(False, f"With numbers in place of the symbols your {number} rule is wrong.")
+        yield f"With numbers in place of the symbols your {number} rule is wrong."
     if not (any(o[-1] == "R" for o in orders) and any(o[0] == "R" for o in orders)):
-        return Verdict(False, "True, but one-sided: R cancels from the left and from the right.")
+        yield "True, but one-sided: R cancels from the left and from the right."
+    missing = "The rules are right. gap, what `reduce` leaves of (I + XY)(I - XRY) - I, is missing."
     if gap is None or gap is ...:
-        return Verdict(
-            False,
-            "The rules are right. gap, what `reduce` leaves of (I + XY)(I - XRY) - I, is missing.",
-            share=2 / 3,
-        )
+        yield Verdict(False, missing, share=2 / 3)
+    not_zero = (
+        "The rules define an inverse. With them (I + XY)(I - XRY) - I reduces to zero, where R "
+        "inverts I + YX; does your X stand where X belongs?"
+    )
     if gap != 0:
-        return Verdict(
-            False,
-            "The rules define an inverse. With them (I + XY)(I - XRY) - I reduces to zero, where R "
-            "inverts I + YX; does your X stand where X belongs?",
-            share=2 / 3,
-        )
-    return Verdict(True, "One inverse is enough: the larger one follows from the smaller one.")
+        yield Verdict(False, not_zero, share=2 / 3)
+    return "One inverse is enough: the larger one follows from the smaller one."
 
 
-def exercise_3(sigma_output, rig=None):
+@asks("sigma_output")
+def exercise_3(rig):
     """Smallest singular value over frequency of I + GP at the outputs, for the five members."""
     F, model, members, omega = _double()
     P = [frequency_response(controller(F, o, TS, tracked=()).system, omega) for o in members]
     G = frequency_response(model, omega)
     values = np.array([np.linalg.svd(np.eye(3) - G @ p, compute_uv=False) for p in P])
-    at_input = np.array([np.abs(1 - p @ G).min() for p in P])
     truth = values[:, :, -1].min(axis=1)
-    return compare(
-        "sigma_output",
-        sigma_output,
-        truth,
-        [
-            (
-                at_input,
-                "Those are the distances at the input: all equal. At the outputs it is I + GP.",
-            ),
-            (
-                values[:, :, 0].min(axis=1),
-                "Those are the largest singular values; take the smallest.",
-            ),
-            (
-                values[:, :, 1].min(axis=1),
-                "Those are the middle singular values; take the smallest.",
-            ),
-            (
-                values[:, :, -1].max(axis=1),
-                "The worst frequency counts: the least over all of them.",
-            ),
-            (
-                [np.abs(np.linalg.eigvals(np.eye(3) - G @ p)).min() for p in P],
-                "Those are eigenvalues. For matrices that are not normal, singular values are smaller.",
-            ),
-            (np.sort(truth), "The right numbers, but sorted; keep the order of the members."),
-            (truth.min(), "One number for each of the five members is asked for."),
-        ],
-        praise="The lemma protects the plant input only: at the outputs the members differ.",
-    )
+    yield truth, None
+    at_input = "Those are the distances at the input: all equal. At the outputs it is I + GP."
+    yield [np.abs(1 - p @ G).min() for p in P], at_input
+    yield values[:, :, 0].min(axis=1), "Those are the largest singular values; take the smallest."
+    yield values[:, :, 1].min(axis=1), "Those are the middle singular values; take the smallest."
+    yield values[:, :, -1].max(axis=1), "The worst frequency counts: the least over all of them."
+    normal = "Those are eigenvalues. For matrices that are not normal, singular values are smaller."
+    yield [np.abs(np.linalg.eigvals(np.eye(3) - G @ p)).min() for p in P], normal
+    yield from _of_five(truth)
 
 
-def exercise_4(controller_pole, rig=None):
+def _of_five(truth):
+    yield np.sort(truth), "The right numbers, but sorted; keep the order of the members."
+    yield truth.min(), "One number for each of the five members is asked for."
+
+
+@asks("controller_pole")
+def exercise_4(rig):
     """Eigenvalue of E - H F L2 for a plant that only an unstable controller stabilises."""
     A, B, C = np.array([[1.7, -0.6], [1, 0]]), np.array([[1.0], [0]]), np.array([[1, -1.1]])
     truth, F, o = _siso(A, B, C)
-    other_form, *_ = _siso(A.T, C.T, B.T)
-    closed = np.linalg.eigvals(A - B @ F).real
-    wrong_sign = (o.E + o.H @ F @ o.L2)[0, 0]
-    opened = "That is a closed-loop pole; the controller's own poles are those of E - H F L2."
-    return compare(
-        "controller_pole",
-        controller_pole,
-        truth,
-        [
-            (
-                o.E[0, 0],
-                "That is E, a pole of the closed loop. The controller feeds its own u back.",
-            ),
-            (wrong_sign, "The sign: with u = -F xhat the observer's matrix is E - H F L2."),
-            *((pole, opened) for pole in closed),
-            *((pole, "That is a pole of the plant.") for pole in (1.2, 0.5)),
-            (1.1, "That is the zero of the plant."),
-            (
-                other_form,
-                "That belongs to another choice of states for the same G. Weights of one mean "
-                "something else there; use the matrices of the task.",
-            ),
-            (np.log(truth) / TS, "That is a continuous pole in 1/s; give the one in the z-plane."),
-        ],
-        praise="Outside the unit circle, and the closed loop is stable all the same.",
+    yield truth, None
+    yield o.E[0, 0], "That is E, a pole of the closed loop. The controller feeds its own u back."
+    wrong_sign = "The sign: with u = -F xhat the observer's matrix is E - H F L2."
+    yield (o.E + o.H @ F @ o.L2)[0, 0], wrong_sign
+    for pole in np.linalg.eigvals(A - B @ F).real:
+        yield pole, "That is a closed-loop pole; the controller's own are those of E - H F L2."
+    for pole in (1.2, 0.5):
+        yield pole, "That is a pole of the plant."
+    yield 1.1, "That is the zero of the plant."
+    other_form = (
+        "That belongs to another choice of states for the same G. Weights of one mean "
+        "something else there; use the matrices of the task."
     )
+    yield _siso(A.T, C.T, B.T)[0], other_form
+    yield np.log(truth) / TS, "That is a continuous pole in 1/s; give the one in the z-plane."
 
 
 @on("double")
-def exercise_5(with_filters_, rig=None):
-    """Smallest |1 + P G_f| over frequency with the filters of Table 5, for the five members."""
+@asks("with_filters")
+def exercise_5(rig):
+    """Smallest |1 + PG_f| over frequency with the filters of Table 5, for the five members."""
     F, model, members, omega = _double()
     filtered = sample(with_filters(linearize(rig), rig.filters), TS)
 
-    def distances(plant, floor=1.0):
+    def distances(plant=filtered, floor=1.0):
         gains = (loop_gain(controller(F, o, TS, tracked=()), plant, omega) for o in members)
         return np.array([np.abs(floor + gain[:, 0, 0]).min() for gain in gains])
 
-    truth = distances(filtered)
-    return compare(
-        "with_filters",
-        with_filters_,
-        truth,
-        [
-            (distances(model), "Without filters all are equal, as the lemma says; put them in."),
-            (distances(filtered, 0.0), "That is the least |PG|; the distance from -1 is |1 + PG|."),
-            (distances(filtered, -1.0), "That is the distance from +1; u = -P y, so it is 1 + PG."),
-            (np.sort(truth), "The right numbers, but sorted; keep the order of the members."),
-            (truth.min(), "One number for each of the five members is asked for."),
-        ],
-        praise="With filters the members differ: it does matter which one you take.",
-    )
+    yield distances(), None
+    yield distances(model), "Without filters all are equal, as the lemma says; put them in."
+    yield distances(floor=0.0), "That is the least |PG|; the distance from -1 is |1 + PG|."
+    yield distances(floor=-1.0), "That is the distance from +1; u = -P y, so it is 1 + PG."
+    yield from _of_five(distances())
 
 
 def _without_6(F, L2, Psi, K, L1, C, Phi, B, **_):
@@ -242,11 +189,6 @@ def _held(rules, first, second):
         except UNFIT:
             held.append(False)
     return held
-
-
-def _negated(rules):
-    """1 + R made 1 - R and the reverse."""
-    return [(left, 2 - right) for left, right in rules]
 
 
 def _double():

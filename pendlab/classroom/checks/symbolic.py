@@ -6,10 +6,10 @@ it does not matter with which assumptions they were made anew.
 
 import numpy as np
 
-from .judging import Verdict, close
+from .judging import FOUND_TOO, Verdict, close
 
 
-def compare_formula(name, answer, truth, mistakes=(), praise="That is what we find too.", new=None):
+def compare_formula(name, answer, truth, mistakes=(), praise=None, new=None):
     """Judge a SymPy matrix: equal to the truth for all values of the symbols or not.
 
     Parameters
@@ -18,23 +18,24 @@ def compare_formula(name, answer, truth, mistakes=(), praise="That is what we fi
     answer : what came, anything
     truth : SymPy matrix
     mistakes : (matrix, hint) pairs; the opposite sign and the transpose are always tried
-    new : symbol of the truth that may go by any name in the answer
+    new : name of a symbol of the truth that may go by any name in the answer
 
     Returns
     -------
     Verdict
     """
+    mistakes = list(mistakes)
     shapes = {truth.shape, truth.shape[::-1], *(matrix.shape for matrix, _ in mistakes)}
     if not hasattr(answer, "applyfunc") or answer.shape not in shapes:
         rows, columns = truth.shape
         return Verdict(False, f"{name} should be a {rows} x {columns} SymPy matrix of formulas.")
     symbols = {s.name: s for s in truth.free_symbols.union(*(m.free_symbols for m, _ in mistakes))}
     unknown = [s for s in answer.free_symbols if s.name not in symbols]
-    if new is not None and len(unknown) == 1:
-        symbols[unknown[0].name] = new
+    if new and len(unknown) == 1:
+        symbols[unknown[0].name] = symbols[new]
     answer = answer.xreplace({s: symbols.get(s.name, s) for s in answer.free_symbols})
     if same(answer, truth):
-        return Verdict(True, praise)
+        return Verdict(True, praise or FOUND_TOO)
     if truth.free_symbols and not answer.free_symbols:
         return Verdict(False, f"{name} holds numbers only; leave the symbols in it.")
     usual = [
