@@ -11,7 +11,9 @@ import numpy as np
 
 from ..loop import Margins, crossings, frequency_response, least, margins
 from ..nyquist import Encirclements, encirclements
+from .planes import frame_plane, unit_circle, zero_lines
 from .style import COLORS, look
+from .updates import moving
 
 HZ = 2 * np.pi  # rad/s in one hertz
 CRITICAL = {1: -1.0}  # of the loop gain with one input; 0 of det(I + P G) with several
@@ -126,41 +128,34 @@ def draw_loops(ax, curves, looks, frame=None, zoom=None):
     -------
     update(curves) : moves the curves and returns their artists
     """
-    x, y = ((-2.5, 0.5), (-1.5, 1.5)) if frame is None else np.asarray(frame, dtype=float)
-    critical = curves[0].critical
-    views = [ax] if zoom is None else [ax, _inset(ax, critical, *zoom)]
-    artists = [_curves(view, critical, looks) for view in views]
-    ax.set(xlim=x, ylim=y, xlabel="real part", ylabel="imaginary part")
+    frame_plane(ax, ((-2.5, 0.5), (-1.5, 1.5)) if frame is None else frame)
     ax.set_aspect("equal", adjustable="box")
+    views = [ax] if zoom is None else [ax, _inset(ax, curves[0].critical, *zoom)]
+    moves = [_draw_view(view, curves, looks) for view in views]
 
     def update(curves):
-        moved = []
-        for i, data in enumerate(curves):
-            for lines, dots in artists:
-                lines[i].set_data(data.curve.real, data.curve.imag)
-                for dot, value in zip(dots[i], data.marked, strict=True):
-                    dot.set_data([value.real], [value.imag])
-                moved += [lines[i], *dots[i]]
-        return moved
+        return [artist for move in moves for artist in move(curves)]
 
-    update(curves)
     return update
 
 
-def _curves(ax, critical, looks):
-    """Empty lines and marks for the curves of one view, after its fixed parts."""
-    for line in (ax.axhline, ax.axvline):
-        line(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
-    lines, dots = [], []
+def _draw_view(ax, curves, looks):
+    """Axes through 0, curves with their marks, unit circle and critical point."""
+    zero_lines(ax)
+    styles = []
     for style in looks:
-        lines += ax.plot([], [], **style)
-        dot = dict(color=style["color"], linestyle="none", markeredgecolor="white", zorder=4)
-        dots.append([ax.plot([], [], marker=m, markersize=7, **dot)[0] for m in "vo"])
+        dot = dict(color=style["color"], markeredgecolor="white", markersize=7, zorder=4)
+        styles += [style, *({**dot, "marker": marker, "linestyle": "none"} for marker in "vo")]
+
+    def points(curves):
+        return [part for data in curves for part in (data.curve, *data.marked)]
+
+    update = moving(ax, styles, curves, points)
+    critical = curves[0].critical
     if critical == -1.0:
-        circle = np.exp(1j * np.linspace(0, 2 * np.pi, 2001))
-        ax.plot(circle.real, circle.imag, **look("unit circle"))
+        unit_circle(ax)
     ax.plot([critical], [0], **look("critical", label=f"critical point ${critical:g}$"))
-    return lines, dots
+    return update
 
 
 def _inset(ax, critical, box, half):
@@ -228,31 +223,31 @@ def draw_sigma_min(ax, curves, looks, frame=None, listed=True):
     -------
     update(curves) : moves the curves and returns their artists
     """
-    x, y = ((1e-3, 1e2), (-40, 10)) if frame is None else np.asarray(frame, dtype=float)
+    x, y = ((1e-3, 1e2), (-40, 10)) if frame is None else frame
+    zero_lines(ax, "x")
     grey = COLORS["grey"]
-    ax.axhline(0, color=grey, linewidth=0.8, zorder=1)
     end = ax.axvline(1, color=grey, linestyle="-.", linewidth=1.0)
     note = ax.text(1, y[0], "", ha="right", va="bottom", rotation=90, fontsize=10, color=grey)
-    lines, lowest = [], []
-    for style in looks:
-        lines += ax.plot([], [], **style)
-        dot = dict(color=style["color"], markeredgecolor="white", markersize=7, zorder=6)
-        lowest += ax.plot([], [], "o", **dot)
     ax.set(xscale="log", xlim=x, ylim=y)
     ax.set(xlabel="frequency in Hz", ylabel="smallest singular value in dB")
-    texts = ax.legend(loc="lower left").get_texts() if listed else [None] * len(lines)
+    dot = dict(marker="o", linestyle="none", markeredgecolor="white", markersize=7, zorder=6)
+    lowest = [{**dot, "color": style["color"]} for style in looks]
+
+    def points(curves):
+        yield from ((data.omega / HZ, decibels(data.sigma)) for data in curves)
+        yield from (([data.lowest_omega / HZ], [decibels(data.lowest)]) for data in curves)
+
+    move = moving(ax, [*looks, *lowest], curves, points)
+    texts = ax.legend(loc="lower left").get_texts() if listed else []
 
     def update(curves):
         top = curves[0].omega[-1] / HZ
         end.set_xdata([top, top])
         note.set(x=0.96 * top, text=f" Nyquist frequency {top:g} Hz" if listed else "")
-        for i, data in enumerate(curves):
-            hz, dB = data.lowest_omega / HZ, decibels(data.lowest)
-            lines[i].set_data(data.omega / HZ, decibels(data.sigma))
-            lowest[i].set_data([hz], [dB])
-            if listed:
-                texts[i].set_text(f"{looks[i]['label']}: lowest {dB:.1f} dB at {hz:.2f} Hz")
-        return [end, note, *lines, *lowest]
+        for text, style, data in zip(texts, looks, curves):
+            lowest = f"{decibels(data.lowest):.1f} dB at {data.lowest_omega / HZ:.2f} Hz"
+            text.set_text(f"{style['label']}: lowest {lowest}")
+        return [end, note, *move(curves)]
 
     update(curves)
     return update

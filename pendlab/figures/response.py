@@ -7,7 +7,9 @@ import numpy as np
 from ..loop import frequency_response
 from .frequency import HZ
 from .outcomes import angle_in_words, short
-from .style import COLORS, angle_name, look
+from .planes import zero_lines
+from .style import angle_name, look
+from .updates import moving
 
 
 @dataclass(frozen=True)
@@ -38,17 +40,13 @@ def controller_gains(controller, points=200):
 def draw_gains(ax, data, frame):
     """Gains over frequency, both logarithmic; returns update(data) -> moved artists."""
     names = [angle_name(i + 1) for i in range(data.gains.shape[1] - 1)] + ["rate"]
-    lines = [ax.plot([], [], **look(name))[0] for name in names]
     ax.set(xscale="log", yscale="log", xlim=data.hz[[0, -1]], ylim=frame)
     ax.set(xlabel="frequency, Hz", ylabel="gain, V/rad and V/(rad/s)")
 
-    def update(data):
-        for line, gain in zip(lines, data.gains.T, strict=True):
-            line.set_data(data.hz, gain)
-        return lines
+    def curves(data):
+        return [(data.hz, gain) for gain in data.gains.T]
 
-    update(data)
-    return update
+    return moving(ax, [look(name) for name in names], data, curves)
 
 
 @dataclass(frozen=True)
@@ -115,18 +113,16 @@ def step_response(design, filters=True, decades=6):
 
 def draw_step(ax, data, frame):
     """Relative angles per reference over logarithmic time; returns update(data) -> moved artists."""
-    lines = [ax.plot([], [], **look(angle_name(i + 1)))[0] for i in range(data.angles.shape[1])]
-    ax.axhline(1, **look("reference"))
-    ax.axhline(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
     ax.set(xscale="log", xlim=(data.t[1], data.t[-1]), ylim=frame)
     ax.set(xlabel="time after the step, s", ylabel="angle / reference")
 
-    def update(data):
-        for line, angle in zip(lines, data.angles.T, strict=True):
-            line.set_data(data.t[1:], angle[1:])
-        return lines
+    def curves(data):
+        return [(data.t[1:], angle[1:]) for angle in data.angles.T]
 
-    update(data)
+    looks = [look(angle_name(i + 1)) for i in range(data.angles.shape[1])]
+    update = moving(ax, looks, data, curves)
+    ax.axhline(1, **look("reference"))
+    zero_lines(ax, "x")
     return update
 
 

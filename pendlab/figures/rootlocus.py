@@ -7,8 +7,9 @@ from scipy.optimize import brentq, linear_sum_assignment
 
 from .._arguments import array, found, number
 from ..sampled import align
-from .arrows import arrowheads, point
+from .planes import arrowheads, frame_plane, point, unit_circle, zero_lines
 from .style import COLORS, look
+from .updates import moving
 
 
 @dataclass(frozen=True)
@@ -107,29 +108,32 @@ def draw_root_locus(ax, data, frame=None):
     `frame` as for `draw_nyquist`; returns update(data) for as many branches.
     """
     frame = ((-1.2, 1.2), (-1.2, 1.2)) if frame is None else np.asarray(frame, dtype=float)
-    angle = np.linspace(-np.pi, np.pi, 2001)
-    ax.axhline(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
-    ax.plot(np.cos(angle), np.sin(angle), **look("unit circle"))
-    lines = [ax.plot([], [], color=COLORS["blue"], zorder=3)[0] for _ in data.marked]
-    circle = ax.lines[1]
-    (start,) = ax.plot([], [], "o", color=COLORS["blue"], markerfacecolor="white", zorder=4)
-    (marks,) = ax.plot([], [], "x", color=COLORS["vermillion"], markersize=10, markeredgewidth=2.4,
-                       zorder=6)  # fmt: skip
+    frame_plane(ax, frame)
+    zero_lines(ax, "x")
+    circle = unit_circle(ax)
+    blue, none = COLORS["blue"], {"linestyle": "none"}
+    start = dict(color=blue, marker="o", markerfacecolor="white", zorder=4, **none)
+    mark = dict(marker="x", markersize=10, markeredgewidth=2.4, zorder=6, **none)
+    looks = [dict(color=blue, zorder=3)] * len(data.marked)
+    looks += [start, dict(color=COLORS["vermillion"], **mark)]
+
+    def points(data):
+        return [*data.branches.T, data.branches[0], data.marked]
+
+    move = moving(ax, looks, data, points)
     rest = ax.text(0.02, 0.03, "", transform=ax.transAxes, fontsize=10)
-    ax.set(xlim=frame[0], ylim=frame[1], xlabel="real part", ylabel="imaginary part")
-    heads = arrowheads(ax, len(data.marked), COLORS["blue"])
+    heads = arrowheads(ax, len(data.marked), blue)
+    *_, start, marks = ax.lines
     legend = ax.legend([start, marks, circle], [" ", " ", "unit circle"], loc="upper right")
 
     def update(data):
-        for line, branch in zip(lines, data.branches.T, strict=True):
-            line.set_data(branch.real, branch.imag)
-        start.set_data(data.branches[0].real, data.branches[0].imag)
-        marks.set_data(data.marked.real, data.marked.imag)
+        move(data)
         point(ax, heads, [_last_stretch(b, frame) for b in data.branches.T], (0.5,), least=0.4)
         ends = [f"{_short(b[0])} → {_short(b[-1])}" for b in data.outside(frame)]
         rest.set_text("\n".join(["outside the frame:", *ends]) if ends else "")
-        legend.get_texts()[0].set_text(f"$k_p = {data.kps[0]:g}$")
-        legend.get_texts()[1].set_text(f"$k_p = {data.kp:g}$: {data.unstable} outside")
+        first, marked, _ = legend.get_texts()
+        first.set_text(f"$k_p = {data.kps[0]:g}$")
+        marked.set_text(f"$k_p = {data.kp:g}$: {data.unstable} outside")
 
     update(data)
     return update
@@ -142,8 +146,7 @@ def draw_marked_locus(ax, data, frame):
     -------
     update(data) : moves the eigenvalues and returns their artists
     """
-    for branch in data.branches.T:
-        ax.plot(branch.real, branch.imag, color=COLORS["sky"], zorder=3)
+    ax.plot(data.branches.real, data.branches.imag, color=COLORS["sky"], zorder=3)
     start = data.branches[0]
     ax.plot(start.real, start.imag, "o", color=COLORS["sky"], markerfacecolor="white", zorder=4,
             label=f"$k_p = {data.kps[0]:g}$")  # fmt: skip
@@ -162,22 +165,16 @@ def draw_eigenvalues(ax, values, frame):
     -------
     update(values) : moves them and returns their artists
     """
-    angle = np.linspace(-np.pi, np.pi, 2001)
-    for line in (ax.axhline, ax.axvline):
-        line(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
-    ax.plot(np.cos(angle), np.sin(angle), **look("unit circle", label="_"))
+    frame_plane(ax, frame)
+    zero_lines(ax)
+    unit_circle(ax, label="_")
     edge = dict(markeredgecolor="white", markeredgewidth=0.8, zorder=6)
-    marks = [ax.plot([], [], **look(name, **edge))[0] for name in ("stable", "unstable")]
-    ax.set(xlim=frame[0], ylim=frame[1], xlabel="real part", ylabel="imaginary part")
 
-    def update(values):
+    def parts(values):
         out = np.abs(values) > 1
-        for mark, inside in zip(marks, (values[~out], values[out]), strict=True):
-            mark.set_data(inside.real, inside.imag)
-        return marks
+        return values[~out], values[out]
 
-    update(np.asarray(values))
-    return update
+    return moving(ax, [look(name, **edge) for name in ("stable", "unstable")], values, parts)
 
 
 def _last_stretch(branch, frame):

@@ -6,11 +6,10 @@ import numpy as np
 
 from ..loop import sorted_eigenvalues
 from .frequency import HZ, draw_loops
-from .outcomes import loops_in_words
-from .pages import LOOKS, ONE_LOOP, UNIT_DISK, legend_below, loop_curves, page, told_apart
+from .pages import LOOKS, ONE_LOOP, UNIT_DISK, loop_curves, page, tell
 from .rootlocus import draw_eigenvalues
 from .style import COLORS, styled
-from .updates import live, part
+from .updates import moving
 
 
 @dataclass(frozen=True)
@@ -46,25 +45,16 @@ def lag(design, crossover):
 @styled()
 def sampling_page(design):
     """Eigenvalues of the sampled plant with filters, lags, and the loop of the redesigned double."""
-
-    fig, (plane, middle, near) = page(3)
+    views = [
+        ("plant with filters, $z$-plane", 0, draw_eigenvalues, UNIT_DISK),
+        ("what they cost in phase", 1, draw_lag, ((0, 10), (0, 180))),
+        ("loop designed without filters", 2, draw_loops, LOOKS, ONE_LOOP[0][1]),
+    ]
 
     def compute(design):
         curves = loop_curves(design, 0)
         crossover = max(curves[0].margins.crossover, default=np.nan) / HZ
         return sorted_eigenvalues(design.filtered.A), lag(design, crossover), curves
-
-    def draw(data):
-        moves = [
-            part(draw_eigenvalues(plane, data[0], UNIT_DISK), 0),
-            part(draw_lag(middle, data[1], ((0, 10), (0, 180))), 1),
-            part(draw_loops(near, data[2], LOOKS, ONE_LOOP[0][1:]), 2),
-        ]
-        plane.set_title("plant with filters, $z$-plane")
-        middle.set_title("what they cost in phase")
-        near.set_title("loop designed without filters")
-        legend_below(fig, plane, middle, near)
-        return moves
 
     def say(data, design):
         _, lag, curves = data
@@ -76,35 +66,27 @@ def sampling_page(design):
             f"the crossover, {lag.crossover:.3g} Hz, the filters lag by {filters:.1f}° and the hold "
             f"by {hold:.1f}°."
         )
-        return (
-            f"{lead}\n{loops_in_words('The loop', curves)}",
+        alt = (
             "Eigenvalues of the sampled plant with filters, phase lag of filters and hold over "
-            "frequency with the crossover marked, and the loop gain without and with filters.",
-            told_apart(lead, {"1": curves}),
+            "frequency with the crossover marked, and the loop gain without and with filters."
         )
+        return tell(design, lead, {"1": curves}, alt)
 
-    return live(fig, draw, compute, say, design, ghosts=True)
+    return page(views, compute, say, design, legend=(0, 1, 2))
 
 
 def draw_lag(ax, data, frame):
     """Lags over frequency with the crossover; returns update(data) -> moved artists."""
-    lines = [
-        ax.plot([], [], color=COLORS[color], linestyle=line, label=label)[0]
-        for color, line, label in (
-            ("vermillion", "--", "lag of filters"),
-            ("blue", ":", "lag of hold"),
-            ("green", "-", "lag of both"),
-        )
-    ]
-    (mark,) = ax.plot([], [], color=COLORS["grey"], linewidth=1.2, label="crossover")
     ax.set(xlim=frame[0], ylim=frame[1], xlabel="frequency, Hz", ylabel="lag, degrees")
+    looks = [
+        dict(color=COLORS["vermillion"], linestyle="--", label="lag of filters"),
+        dict(color=COLORS["blue"], linestyle=":", label="lag of hold"),
+        dict(color=COLORS["green"], label="lag of both"),
+        dict(color=COLORS["grey"], linewidth=1.2, label="crossover"),
+    ]
 
-    def update(data):
-        both = data.filters + data.hold
-        for line, values in zip(lines, (data.filters, data.hold, both), strict=True):
-            line.set_data(data.hz, values)
-        mark.set_data([data.crossover, data.crossover], [0, 360])
-        return [*lines, mark]
+    def curves(data):
+        lags = data.filters, data.hold, data.filters + data.hold
+        return [*((data.hz, one) for one in lags), ([data.crossover] * 2, [0, 360])]
 
-    update(data)
-    return update
+    return moving(ax, looks, data, curves)

@@ -12,9 +12,10 @@ import numpy as np
 
 from ..loop import ON_CIRCLE, sorted_eigenvalues
 from ..nyquist import Encirclements, contour, encirclements
-from .arrows import arrowheads, point
 from .frequency import CRITICAL
+from .planes import arrowheads, point
 from .style import COLORS, look
+from .updates import moving
 
 NEAR_CRITICAL, NEAR_ONE = 0.1, 1e-7  # distances below which the scale is linear
 RAYS = np.radians(np.arange(2.5, 360, 5))  # directions tried for counting
@@ -99,57 +100,66 @@ def _mapped(values, near):
     return values / np.where(size == 0, 1, size) * compressed(size, near)
 
 
+HALVES = [  # of contour and image: upper, lower, and the arc round the pole at z = 1
+    dict(color=COLORS["black"], label="$0 < \\omega T_s < \\pi$, upper half of the circle"),
+    dict(color=COLORS["sky"], linestyle="--", label="lower half: its conjugate"),
+    dict(color=COLORS["orange"], linewidth=2.6, label="round the pole at $z=1$"),
+]
+UNDER = dict(loc="upper center", bbox_to_anchor=(0.5, 0.01), frameon=False)  # the axes: a legend
+
+
+def _draw_halves(ax, data, near, values, heads):
+    """`values(data)` of the upper half and their conjugates; `heads`: where arrowheads go on each."""
+    arrows = [
+        arrowheads(ax, len(at), look["color"]) for at, look in zip(heads, HALVES, strict=True)
+    ]
+
+    def pieces(data):
+        half = _mapped(values(data), near)
+        bend = np.abs(data.z) > 1 + 1e-12
+        on, arc = half[~bend], half[bend]
+        return on, on[::-1].conj(), np.concatenate([arc[::-1].conj(), arc])
+
+    move = moving(ax, HALVES, data, pieces)
+
+    def update(data):
+        move(data)
+        for one, piece, at in zip(arrows, pieces(data), heads, strict=True):
+            point(ax, one, [piece], at)
+
+    return update
+
+
 def draw_turns(ax, data):
     """The whole curve round the critical point, the ray and its numbered crossings.
 
     Returns update(data).
     """
-    top = 10 ** np.ceil(np.log10(np.abs(data.closed).max()))
-    _rings(ax, NEAR_CRITICAL, np.logspace(0, np.log10(top), int(np.log10(top)) + 1), 120)
-    color = COLORS["black"]
+    top = np.ceil(np.log10(np.abs(data.closed).max()))
+    _rings(ax, NEAR_CRITICAL, np.logspace(0, top, int(top) + 1), 120)
     ax.plot([0], [0], **look("critical", label=f"critical point ${data.critical:g}$"))
-    (upper,) = ax.plot(
-        [], [], color=color, label="$0 < \\omega T_s < \\pi$, upper half of the circle"
-    )
-    (lower,) = ax.plot(
-        [], [], color=COLORS["sky"], linestyle="--", label="lower half: its conjugate"
-    )
-    (around,) = ax.plot(
-        [], [], color=COLORS["orange"], linewidth=2.6, label="round the pole at $z=1$"
-    )
+    heads = (0.12, 0.35, 0.6, 0.85), (0.15, 0.4, 0.65, 0.88), (0.25, 0.75)
+    move = _draw_halves(ax, data, NEAR_CRITICAL, lambda data: data.curve - data.critical, heads)
     (ray,) = ax.plot([], [], color=COLORS["vermillion"], linewidth=1.2, zorder=4,
                      label="ray on which the turns are counted")  # fmt: skip
-    dots = [
-        ax.text(0, 0, "", color="white", fontsize=10, ha="center", va="center", weight="bold", zorder=7,
-                bbox=dict(boxstyle="circle,pad=0.2", facecolor=COLORS["vermillion"], edgecolor="white"))
-        for _ in range(8)
-    ]  # fmt: skip
-    heads = [
-        arrowheads(ax, n, c) for n, c in ((4, color), (4, COLORS["sky"]), (2, COLORS["orange"]))
-    ]
+    disk = dict(boxstyle="circle,pad=0.2", facecolor=COLORS["vermillion"], edgecolor="white")
+    name = dict(color="white", fontsize=10, ha="center", va="center", weight="bold", zorder=7)
+    dots = [ax.text(0, 0, "", bbox=disk, **name) for _ in range(8)]
     ax.set_title("its image, seen from the critical point")
-    legend = ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.01), frameon=False)
+    bend = ax.legend(**UNDER).get_texts()[3]
 
     def update(data):
-        half = _mapped(data.curve - data.critical, NEAR_CRITICAL)
-        bend = np.abs(data.z) > 1 + 1e-12
-        on = half[~bend]
-        arc = half[bend]
-        upper.set_data(on.real, on.imag)
-        lower.set_data(on.real, -on.imag)
-        far = np.concatenate([arc[::-1].conj(), arc])
-        around.set_data(far.real, far.imag)
-        point(ax, heads[0], [on], (0.12, 0.35, 0.6, 0.85))
-        point(ax, heads[1], [on[::-1].conj()], (0.15, 0.4, 0.65, 0.88))
-        point(ax, heads[2], [far], (0.25, 0.75))
-        bend = "round the pole at $z=1$" if data.integrators else "no pole on the unit circle"
-        legend.get_texts()[3].set_text(bend)
+        move(data)
+        at_one = "round the pole at $z=1$" if data.integrators else "no pole on the unit circle"
+        bend.set_text(at_one)
         direction, radii, signs = data.ray
         way, edge = np.exp(1j * direction), ax.get_xlim()[1]
         ray.set_data([0, edge * way.real], [0, edge * way.imag])
-        for dot, r, k in zip(dots, list(radii) + [0] * 8, list(np.cumsum(signs)) + [""] * 8):
-            at = way * compressed(r, NEAR_CRITICAL)
-            dot.set(position=(at.real, at.imag), text=str(k), visible=k != "")
+        places = way * compressed(radii, NEAR_CRITICAL)
+        for dot in dots:
+            dot.set_visible(False)
+        for dot, at, count in zip(dots, places, np.cumsum(signs)):
+            dot.set(position=(at.real, at.imag), text=str(count), visible=True)
 
     update(data)
     return update
@@ -161,33 +171,24 @@ def draw_contour(ax, data):
     Returns update(data).
     """
     _rings(ax, NEAR_ONE, [1e-4, 1e-2, 1], 55)
-    (upper,) = ax.plot([], [], color=COLORS["black"])
-    (lower,) = ax.plot([], [], color=COLORS["sky"], linestyle="--")
-    (around,) = ax.plot([], [], color=COLORS["orange"], linewidth=2.6)
-    (inside,) = ax.plot([], [], "x", color=COLORS["orange"], markersize=9, markeredgewidth=2.2,
-                        label="integrator, $z=1$")  # fmt: skip
-    (poles,) = ax.plot([], [], **look("unstable", label="unstable", zorder=6))
-    heads = [arrowheads(ax, 2, COLORS[c]) for c in ("black", "sky", "orange")]
+    heads = (0.3, 0.75), (0.25, 0.7), (0.25, 0.75)
+    move = _draw_halves(ax, data, NEAR_ONE, lambda data: data.z - 1, heads)
+    cross = dict(marker="x", linestyle="none", markersize=9, markeredgewidth=2.2)
+    looks = [dict(color=COLORS["orange"], **cross), look("unstable", zorder=6)]
+
+    def poles(data):
+        return np.zeros(min(data.integrators, 1)), _mapped(data.unstable - 1, NEAR_ONE)
+
+    move_poles = moving(ax, looks, data, poles)
     ax.set_title("contour in the $z$-plane, seen from $z=1$")
-    legend = ax.legend(loc="upper center", bbox_to_anchor=(0.5, 0.01), frameon=False)
+    legend = ax.legend(ax.lines[-2:], ["integrator", "unstable"], **UNDER)
 
     def update(data):
-        half = _mapped(data.z - 1, NEAR_ONE)
-        bend = np.abs(data.z) > 1 + 1e-12
-        on = half[~bend]
-        upper.set_data(on.real, on.imag)
-        lower.set_data(on.real, -on.imag)
-        far = np.concatenate([half[bend][::-1].conj(), half[bend]])
-        around.set_data(far.real, far.imag)
-        inside.set_data([0.0] if data.integrators else [], [0.0] if data.integrators else [])
-        at = _mapped(data.unstable - 1, NEAR_ONE)
-        poles.set_data(at.real, at.imag)
-        point(ax, heads[0], [on], (0.3, 0.75))
-        point(ax, heads[1], [on[::-1].conj()], (0.25, 0.7))
-        point(ax, heads[2], [far], (0.25, 0.75))
-        at_one = "integrator, $z=1$" if data.integrators else "no integrator at $z=1$"
-        legend.get_texts()[0].set_text(at_one)
-        legend.get_texts()[1].set_text(f"{len(data.unstable)} unstable open-loop poles")
+        move(data)
+        move_poles(data)
+        inside, unstable = legend.get_texts()
+        inside.set_text("integrator, $z=1$" if data.integrators else "no integrator at $z=1$")
+        unstable.set_text(f"{len(data.unstable)} unstable open-loop poles")
 
     update(data)
     return update

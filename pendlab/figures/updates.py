@@ -1,5 +1,6 @@
 """Figures that move: how each of them gets its ``update``."""
 
+import numpy as np
 from matplotlib.lines import Line2D
 
 from .style import describe, freeze_layout
@@ -60,12 +61,28 @@ def _leave_ghosts(moving):
             line.axes.add_line(ghost)
 
 
-def part(move, *keys):
-    """`move` for a part of the computed data, such as ``data[1]``."""
+def part(move, key):
+    """`move` for a part of the computed data: ``data[key]``."""
 
     def moved(data):
-        for key in keys:
-            data = data[key]
-        return move(data)
+        return move(data[key])
 
     return moved
+
+
+def moving(ax, looks, data, points):
+    """Lines that follow the data, one for each of `looks`, keyword arguments of ``ax.plot``.
+
+    `points(data)` gives for each line its (x, y) or complex values. Returns update(data) -> lines.
+    """
+    lines = [ax.plot([], [], **look)[0] for look in looks]
+
+    def update(data):
+        for line, values in zip(lines, points(data), strict=True):
+            if not isinstance(values, tuple):
+                values = np.atleast_1d(np.real(values)), np.atleast_1d(np.imag(values))
+            line.set_data(*values)
+        return lines
+
+    update(data)
+    return update

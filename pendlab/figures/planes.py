@@ -1,6 +1,26 @@
-"""Arrowheads along drawn curves, which say in what direction they are run through."""
+"""What drawings of complex curves share: axes through 0, the unit circle, arrowheads along a curve."""
 
 import numpy as np
+
+from .style import COLORS, look
+
+
+def zero_lines(ax, axes="xy"):
+    """Thin lines through 0, along x, along y or both."""
+    for name, line in (("x", ax.axhline), ("y", ax.axvline)):
+        if name in axes:
+            line(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
+
+
+def unit_circle(ax, **changes):
+    """The unit circle in its look."""
+    circle = np.exp(1j * np.linspace(0, 2 * np.pi, 2001))
+    return ax.plot(circle.real, circle.imag, **look("unit circle", **changes))[0]
+
+
+def frame_plane(ax, frame):
+    """Limits ((left, right), (bottom, top)) and labels of a complex plane."""
+    ax.set(xlim=frame[0], ylim=frame[1], xlabel="real part", ylabel="imaginary part")
 
 
 def arrowheads(ax, count, color, size=0.13):
@@ -26,13 +46,11 @@ def point(ax, heads, paths, fractions, least=0.2):
         on_page = path.real * sx + 1j * path.imag * sy
         length = np.concatenate([[0], np.cumsum(np.abs(np.diff(on_page)))])
         for fraction in fractions:
-            if len(path) < 2 or length[-1] < least:
-                place, way = np.nan, 1.0
-            else:
+            place, way = complex(np.nan), 1.0 + 0j
+            if len(path) >= 2 and length[-1] >= least:
                 k = int(np.clip(np.searchsorted(length, fraction * length[-1]), 1, len(path) - 1))
                 place, way = path[k], on_page[k] - on_page[k - 1]
             places.append(place)
-            ways.append(way / abs(way) if way else 1.0)
-    places, ways = np.array(places, dtype=complex), np.array(ways, dtype=complex)
-    heads.set_offsets(np.column_stack([places.real, places.imag]))
-    heads.set_UVC(ways.real, ways.imag)
+            ways.append(way / abs(way) if way else 1.0 + 0j)
+    heads.set_offsets(np.column_stack([np.real(places), np.imag(places)]))
+    heads.set_UVC(np.real(ways), np.imag(ways))
