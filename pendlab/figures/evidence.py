@@ -190,23 +190,24 @@ def cycles_figure(predicted, seen):
         _runs(f"seen[{name!r}]", _all_of("seen", seen, predicted)[name])
     fig = new_figure(9, 3.8)
     axes = fig.subplots(1, 2, sharex=True)
-    for (name, cycles), color in zip(predicted.items(), ("blue", "vermillion", "green")):
+    looks = zip(("blue", "vermillion", "green"), "s^o")
+    for (name, cycles), (color, marker) in zip(predicted.items(), looks):
         rows = np.array([_cycle(run) for run in seen[name] if not run.fell])
         for ax, joint in zip(axes, (0, 1)):
-            ax.loglog([c.hertz for c in cycles], [max(c.joints[joint], 3e-4) for c in cycles], "x",
-                      markersize=11, markeredgewidth=2.5, color=COLORS[color], label=f"{name}, predicted")  # fmt: skip
-            ax.loglog(rows[:, 0], np.maximum(rows[:, 1 + joint], 3e-4), "o", markersize=6, alpha=0.6,
-                      color=COLORS[color], label=f"{name}, simulated")  # fmt: skip
+            ax.loglog([c.hertz for c in cycles], [max(c.joints[joint], 3e-4) for c in cycles], marker,
+                      markersize=12, markeredgewidth=2, fillstyle="none", color=COLORS[color], label=name)  # fmt: skip
+            ax.loglog(rows[:, 0], np.maximum(rows[:, 1 + joint], 3e-4), marker, markersize=6, alpha=0.6,
+                      color=COLORS[color])  # fmt: skip
     for ax, title in zip(axes, ("θ2−θ1", "θ3−θ2")):
         ax.set(xlabel="frequency, Hz", ylabel=f"amplitude of {title}, rad", ylim=(2e-4, 2))
         ax.set_xticks((0.2, 0.5, 1, 2, 5), ("0.2", "0.5", "1", "2", "5"))
         ax.minorticks_off()
-    axes[0].legend(fontsize=8, loc="lower right")
+    axes[0].legend(loc="lower right")
     return describe(
         fig,
-        "Crosses: harmonic balance. Dots: the runs of an ensemble.",
+        "Hollow: predicted by harmonic balance. Filled: the runs of an ensemble.",
         "Amplitude over frequency on logarithmic axes for play alone, friction alone and both; "
-        "predicted points as crosses, simulated ones as dots.",
+        "predicted points hollow, simulated ones filled.",
     )
 
 

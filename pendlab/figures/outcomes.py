@@ -69,15 +69,20 @@ def rows_in_words(matrix):
 
 
 def run_in_words(run, start=0.0):
-    """Whether a run stays up, and its largest signals from `start` (s) on."""
+    """Whether a run stays up, and its largest signals from `start` (s) on; of chaos one digit."""
     if run.fell:
         return f"The pendulum falls at {run.fell_at:.2f} s."
     late = run.t >= start
+    chaotic = np.any(run.imperfections.gap) or np.any(run.imperfections.gear_friction)
+
+    def largest(values, digits):
+        size = np.abs(values[late]).max()
+        return f"{size:{'.1g' if size < 1 else '.0f'}}" if chaotic else f"{size:.{digits}f}"
+
     angles = ", ".join(
-        f"{angle_in_words(i + 1)} {np.abs(column[late]).max():.3f}"
-        for i, column in enumerate(run.angles.T)
+        f"{angle_in_words(i + 1)} {largest(column, 3)}" for i, column in enumerate(run.angles.T)
     )
-    volts = ", ".join(f"{np.abs(column[late]).max():.2f}" for column in run.u.T)
+    volts = ", ".join(largest(column, 2) for column in run.u.T)
     at_limit = run.saturated.max()
     limit = f" At the voltage limit for {at_limit:.1%} of the samples." if at_limit else ""
     return (

@@ -77,8 +77,9 @@ def compare(runs, panel="a", window=None, frame=None, own_axes=False):
         draw_traces(ax, run, panel, window, frame)
         ax.set(xlabel="", ylabel="")
         ax.set_title(name + (f": falls at {run.fell_at:.2f} s" if run.fell else ""), loc="left")
-        if ax is not axes[0] and ax.get_legend():
-            ax.get_legend().remove()
+    legends = [ax.get_legend() for ax in axes if ax.get_legend()]
+    for legend in sorted(legends, key=lambda one: -len(one.get_texts()))[1:]:
+        legend.remove()  # the first with most curves stays
     axes[-1].set_xlabel("time, s")
     fig.supylabel(LABELS[panel])
     start, stop = (0, np.inf) if window is None else window

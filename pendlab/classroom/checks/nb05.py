@@ -24,6 +24,7 @@ from .acceptance import unstable
 from .judging import asks, choose, judged, not_callable
 
 SLOWEST, DISTANCE = 2.0, 0.6  # s; from -1
+PUSH, TOLERANCE = 0.05, 0.03  # s; of the force
 GROWN = 1.3  # last third of the first seven seconds over the first, of a load that lets go
 
 
@@ -107,13 +108,13 @@ def exercise_4(answer, rig=None):
     return "A short push of that impulse is all it takes."
 
 
-@asks("The force", tolerance=0.035)
+@asks("The force", tolerance=TOLERANCE)
 def _force(rig):
     forces, torques = _largest_forces()
     yield forces[1], None
     yield forces[0], "That is a force on link 1; link 2 is asked for."
     yield torques[1], "That is a torque in N m; a force at a point is asked for."
-    yield 0.05 * forces[1], "That is the impulse; the height of the pulse is asked for."
+    yield PUSH * forces[1], "That is the impulse; the height of the pulse is asked for."
 
 
 @lru_cache
@@ -122,7 +123,7 @@ def _largest_forces():
     design, real = paper_design("double"), Imperfections(filters=True, saturation=True)
     return tuple(
         largest_pulses(
-            design.rig, design.controller, [0.05], real, accuracy=0.01, levers=levers
+            design.rig, design.controller, [PUSH], real, accuracy=0.01, levers=levers
         ).heights[:, 0]
         for levers in (force_levers(design.rig), None)
     )
