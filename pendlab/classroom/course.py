@@ -26,7 +26,12 @@ CELL_SECONDS = 120
 
 CONFIG = Template('''"""nbgrader's configuration of this course; `nbgrader --help-all` lists what else there is."""
 
+import os
+import sysconfig
 from pathlib import Path
+
+# nbgrader calls alembic by name, which stands beside this Python, activated or not.
+os.environ["PATH"] = sysconfig.get_path("scripts") + os.pathsep + os.environ.get("PATH", "")
 
 c = get_config()
 c.CourseDirectory.root = str(Path(__file__).resolve().parent)
@@ -41,7 +46,7 @@ c.LimitOutput.max_lines = 300
 
 CONFINED = """
 # Kernels run confined: python -m pendlab.classroom.confined.
-import atexit, os, shutil, tempfile
+import atexit, shutil, tempfile
 
 folder = tempfile.mkdtemp(prefix="pendlab-")
 atexit.register(shutil.rmtree, folder, ignore_errors=True)
