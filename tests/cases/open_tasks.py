@@ -84,10 +84,11 @@ def lazy_weights(rig):
 
 def lazy_attitudes(rig):
     start = hw6.reference(rig)
-    for attitude in (0.0, hw6.FURTHEST, -hw6.FURTHEST):
-        yield f"reference {attitude}", (start, attitude)
-    for R in (0.3, 30.0):
-        yield f"row {R}", (replace(start, R=(R,)), 0.0)
+    rows = {"reference": start, **{f"row {R}": replace(start, R=(R,)) for R in (0.3, 30.0)}}
+    quick = {f"integrator {q}": replace(start, Q=(*start.Q[:4], q)) for q in (10.0, 100.0)}
+    for label, design in (rows | quick).items():
+        for attitude in (0.0, hw6.FURTHEST, -hw6.FURTHEST):
+            yield f"{label} {attitude}", (design, attitude)
 
 
 def lazy_flatterers(rig):
@@ -158,7 +159,7 @@ def candidates(task, rng):
         "hw3.4": lambda: [decades(-2, -0.5), decades(-2, 0)],
         "hw4.3": lambda: [any_of(25, 50, 100, 250), any_of(1, 3, 10, 30, 100), any_of(1, 3, 10)],
         "hw4.4": lambda: [any_of(25, 50, 100, 250), any_of(1, 3, 10, 30, 100), any_of(1, 3, 10)],
-        "hw6.5": lambda: [any_of(0.04, 0.05, 0.06), any_of(1, 3, 10), any_of(0.01, 0.1), any_of(0.5, 0.7)],
+        "hw6.5": lambda: [any_of(0.04, 0.05), any_of(0.1, 1), any_of(1, 10, 100), any_of(0, 0.1), any_of(3, 10, 30, 100), any_of(1, 3, 10, 30), any_of(0.5, 0.7, 0.9)],
         "hw7.3": lambda: [1, any_of(0.02, 0.03, 0.04, 0.05, 0.06)],
         "hw7.4": lambda: [any_of(2, 3), any_of(1.3, 1.4, 1.5), any_of(0.08, 0.1), 0.0],
         "hw7.5": lambda: [any_of(1, 3, 10, 30), any_of(0.01, 0.1, 1), any_of(1, 3, 10), any_of(0.5, 0.7, 0.9), round(rng.uniform(5, 9), 1)],
@@ -181,9 +182,9 @@ def answer(task, name, made_of):
     if task in ("hw4.3", "hw4.4"):
         return (weigh(rig, *made_of),)
     if task == "hw6.5":
-        attitude, R, q, e = made_of
-        start = hw6.reference(rig)
-        return replace(start, Q=(1, 1, 0, 0, q), R=(R,), E=(e,)), attitude
+        attitude, lower, upper, rate, q, R, e = made_of
+        design = replace(hw6.reference(rig), Q=(lower, upper, rate, 0, q), R=(R,), E=(e,))
+        return design, attitude
     if task == "hw7.3":
         return tuple(made_of)
     if task == "hw7.4":

@@ -1,7 +1,8 @@
 """Checks of exercises: right, or a hint about this mistake; never the answer.
 
-One module per notebook (``nb02`` for notebook 02, ``nbA``, ``hw1`` for homework 1) with one function
-``exercise_k(answer, ..., rig)`` per exercise, which computes the truth and returns a `Verdict`.
+One module per notebook (``nb02`` for notebook 02, ``nbA``, ``hw1`` for homework 1) with a function
+``exercise_k(answer, ..., rig)`` per exercise that returns a `Verdict`. Most are written as a table
+(`judging.asks`) or as steps that yield what is wrong (`judging.judged`).
 """
 
 import os

@@ -5,29 +5,37 @@ A shortfall is a sentence or None; a `judged` check yields them, and the first i
 
 from dataclasses import astuple, replace
 
+import control
 import numpy as np
-from scipy.integrate import trapezoid
 
+from ..._arguments import found
+from ...bench.imperfections import Imperfections
+from ...bench.inputs import voltages
 from ...design import Design
-from ...loop import closed_loop_eigenvalues, frequency_grid, frequency_response, margins
+from ...loop import closed_loop_eigenvalues, margins, time_constant
 from ...paper.designs import paper_design
+from ...studies.transmission import rms
 
 NOISE = np.array([1e-3, 1e-3, 1e-3, 1e-2])  # standard deviations of the readings, rad and rad/s
+REAL = Imperfections(filters=True, saturation=True)
 
 
 def reference(rig, kp=None):
     """The paper's weights and observer dynamics on this rig, quietest observer."""
-    paper = paper_design("triple")
+    paper = paper_design("triple" if rig.n_motors > 1 else "double")
     return Design(rig, paper.Q, paper.R, paper.E, paper.kp if kp is None else kp)
+
+
+def no_design(design):
+    if not isinstance(design, Design):
+        return f"Expected a pl.Design, as dataclasses.replace makes of another, {found(design)}."
+    return None
 
 
 def wrong_design(design, rig, any_filters=False):
     """No Design, or one for another rig."""
-    if not isinstance(design, Design):
-        return (
-            "Expected a design made with dataclasses.replace(reference, ...), found "
-            f"{type(design).__name__}."
-        )
+    if no_design(design):
+        return no_design(design)
     theirs = design.rig
     if any_filters and theirs.n_motors == rig.n_motors:
         theirs = replace(theirs, filters=rig.filters)
@@ -50,6 +58,11 @@ def _digits(rig):
     return np.array([f"{value:.10g}" for value in numbers])
 
 
+def before(what, task, verdict):
+    """What is still wrong with the task that this one builds on."""
+    return None if verdict else f"{what} first ({task}): {verdict.message}"
+
+
 def unstable(loop, where="with filters"):
     largest = np.abs(closed_loop_eigenvalues(loop)[0])
     if largest >= 1:
@@ -64,13 +77,16 @@ def modulus_margins(design, filters=True):
     return tuple(margins(design.loop(i, filters)).modulus for i in range(design.rig.n_motors))
 
 
-def small_margins(design, least):
-    """Modulus margins with filters below `least` (one per input), with the lag there."""
+def small_margins(design, least, loops=None):
+    """Modulus margins with filters below `least` (one per input), with the lag there.
+
+    `loops`, broken at each input, are the design's own unless given.
+    """
+    filters = design.rig.filters
     for i, wanted in enumerate(least):
-        found = margins(design.loop(i, filters=True))
+        found = margins(loops[i] if loops else design.loop(i, filters=True))
         if found.modulus < wanted:
             hertz = found.modulus_omega / (2 * np.pi)
-            filters = design.rig.filters
             lag = np.degrees(
                 np.arctan(hertz / filters.input_hz[i])
                 + np.arctan(hertz / filters.output_hz[i + 1])
@@ -84,19 +100,23 @@ def small_margins(design, least):
     return None
 
 
-def noise_rms(P, G, sigma=NOISE):
-    """Standard deviation of each voltage, u = -P (y + n), n white with deviations `sigma`.
-
-    The variance is the mean of |(I + P G)^-1 P sigma|^2 over the unit circle (Parseval).
-    """
-    omega = frequency_grid(G.dt, 600, 1e-2)
-    P, L = frequency_response(P, omega), frequency_response(G, omega)
-    to_u = np.linalg.solve(np.eye(P.shape[1]) + P @ L, P) * sigma
-    return np.sqrt(trapezoid((np.abs(to_u) ** 2).sum(axis=2), omega, axis=0) * G.dt / np.pi)
+def noise_rms(P, G):
+    """Standard deviation of each voltage, u = -P (y + n), n white with deviations `NOISE`."""
+    return rms(control.feedback(P, G), NOISE)
 
 
-def design_noise(design, sigma=NOISE):
-    return noise_rms(-design.controller.system, design.filtered, sigma)
+def design_noise(design):
+    return noise_rms(-design.controller.system, design.filtered)
+
+
+def slow(loop, most):
+    tau = time_constant(loop)
+    if tau > most:
+        return (
+            f"With filters the slowest motion has a time constant of {tau:.3g} s, at most "
+            f"{most:g} s is asked for."
+        )
+    return None
 
 
 def too_noisy(found, limit):
@@ -104,5 +124,28 @@ def too_noisy(found, limit):
         return (
             f"Sensor noise moves motor 1 by {found:.2f} V (standard deviation), at most "
             f"{limit:.2f} V are allowed: something in your estimate differentiates too eagerly."
+        )
+    return None
+
+
+def fallen(run, when):
+    return f"{when} it falls after {run.fell_at:.2f} s." if run.fell else None
+
+
+def first_state(controller, x0):
+    """The state before the first sample, as the simulator makes it."""
+    start = getattr(controller, "start", None)
+    return None if start is None else start(x0)
+
+
+def remembers_in_self(controller, x0, y, motors):
+    """Whether a call of step leaves its mark in the controller."""
+    begin = first_state(controller, x0)
+    u, state = voltages(controller.step(begin, y.copy(), 0.0), motors, 0.0)
+    controller.step(state, -y, 0.0)
+    if not np.array_equal(u, np.atleast_1d(controller.step(begin, y.copy(), 0.0)[0])):
+        return (
+            "Equal calls of step gave different voltages: keep what must be remembered in the "
+            "state that step returns, not in self."
         )
     return None

@@ -5,75 +5,73 @@ from dataclasses import replace
 import numpy as np
 
 from ..._arguments import number
-from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
 from ...loop import frequency_response
-from .acceptance import modulus_margins, reference, small_margins, unstable, wrong_design
-from .judging import compare, judged, not_callable, on
+from .acceptance import (
+    REAL,
+    before,
+    modulus_margins,
+    reference,
+    small_margins,
+    unstable,
+    wrong_design,
+)
+from .judging import asks, not_callable, on
 
 PASS = 1e-3  # s, the paper's steps 1 to 6 for the triple
 LOAD, HUM_HZ, HUM, HUM_VOLTS, LOWEST, MARGIN = 0.2, 50.0, 1e-3, 1.0, 5.0, 0.25
-CROSSOVER = 2.5  # Hz
 FURTHER, LASTING, REST = 1.05, 6.0, 0.05  # s, rad: the lean and the period to within 5 %
 SMOOTHING = 3  # factor by which the motors' filters weaken the sampling frequency
 WEAKENED = 1.5  # factor by which each sensor's filter weakens the hum
 
 
 @on("triple", who="your name")
-def exercise_1(delays, rig=None):
-    design = reference(rig)
-    hold = design.dt / 2
-    cuts = np.array([design.rig.filters.input_hz[1], design.rig.filters.output_hz[2]])
+@asks("delays", apart=True)
+def exercise_1(rig):
+    """Delays of hold, motor 2's filter and the filter of theta3 - theta2, s."""
+    hold, cuts = (
+        reference(rig).dt / 2,
+        np.array([rig.filters.input_hz[1], rig.filters.output_hz[2]]),
+    )
     truth = np.array([hold, *(1 / (2 * np.pi * cuts))])
-    return compare(
-        "delays",
-        delays,
-        truth,
-        mistakes=[
-            ([2 * hold, *truth[1:]], "The hold delays by less than a whole period: think of the "
-             "staircase's mean."),
-            ([hold, *(1 / cuts)], "The cut-offs are in hertz; arctan(w/w_c) needs rad/s for both."),
-            ([2 * hold, *(1 / cuts)], "Two things: the hold's mean delay, and hertz against rad/s."),
-            (truth[[0, 2, 1]], "Motor filter before sensor filter, please."),
-        ],
-        apart=True,
-        praise=f"At {CROSSOVER:g} Hz they take {360 * CROSSOVER * sum(truth):.0f} degrees.",
-    )  # fmt: skip
+    yield truth, "Now count them in degrees at 2.5 Hz."
+    mean = "The hold delays by less than a whole period: think of the staircase's mean."
+    yield [2 * hold, *truth[1:]], mean
+    hertz = "The cut-offs are in hertz; arctan(w/w_c) needs rad/s for both."
+    yield [hold, *(1 / cuts)], hertz
+    two = "Two things: the hold's mean delay, and hertz against rad/s."
+    yield [2 * hold, *(1 / cuts)], two
+    yield truth[[0, 2, 1]], "Motor filter before sensor filter, please."
 
 
 @on("triple", who="your name")
-@judged
 def exercise_2(alias, rig=None):
+    """A function that tells where a frequency turns up."""
     yield not_callable(alias, "your function alias(f, dt)")
     cases = [(3, 0.01), (50, 0.02), (50, 0.01), (97, 0.01), (60, 0.01), (130, 0.008), (460, 0.005)]
     for f, dt in cases:
         found = number("alias(f, dt)", np.asarray(alias(f, dt)).item())
+        said = f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz"
         # What a sampled cosine of f looks like decides, not a formula.
         n = np.arange(64)
         same = np.cos(2 * np.pi * f * n * dt) - np.cos(2 * np.pi * found * n * dt)
         if not -1e-9 <= found <= 0.5 / dt + 1e-9:
-            yield (
-                f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz; an alias lies from 0 to "
-                "half the sampling frequency."
-            )
+            yield f"{said}; an alias lies from 0 to half the sampling frequency."
         if np.abs(same).max() > 1e-6:
-            yield (
-                f"At {f} Hz and dt = {dt} s you say {found:.4g} Hz, but the samples of the "
-                "two cosines differ. Which multiple of 1/dt is nearest?"
-            )
+            differ = "but the samples of the two cosines differ. Which multiple of 1/dt is nearest?"
+            yield f"{said}, {differ}"
     return "The samples of both cosines agree in every case tried."
 
 
 @on("triple", who="your name")
-@judged
 def exercise_3(longest, rig=None):
+    """The longest period at which the margins without filters are large enough, s."""
     longest = number("longest", longest, above=0)
     if longest > 0.2:
         yield "A period in seconds is asked for; this one would be very long."
 
     def least(dt):
-        design = replace(reference(rig), dt=dt)
-        return min(modulus_margins(design, filters=False))
+        return min(modulus_margins(replace(reference(rig), dt=dt), filters=False))
 
     here, beyond = least(longest), least(FURTHER * longest)
     if here < MARGIN:
@@ -84,11 +82,12 @@ def exercise_3(longest, rig=None):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_4(design, rig=None):
+    """Period, filters and k_p of one's own."""
     yield wrong_design(design, rig, any_filters=True)
-    if design.rig.filters is None:
-        yield "This rig has no filters at all; the 50 Hz on its cables would reach the sampler whole."
+    filters = design.rig.filters
+    if filters is None:
+        yield "This rig has no filters at all; its cables' 50 Hz would reach the sampler whole."
     if PASS / design.dt > LOAD + 1e-9:
         yield (
             f"One pass takes 1 ms, so at dt = {1000 * design.dt:.3g} ms the computer is busy "
@@ -101,17 +100,18 @@ def exercise_4(design, rig=None):
             "where it looks like a motion of the pendulum; no voltage will show it, the "
             f"pendulum will. Keep it above {LOWEST:g} Hz."
         )
-    smoothing = np.hypot(1, 1 / design.dt / max(design.rig.filters.input_hz))
+    smoothing = np.hypot(1, 1 / design.dt / max(filters.input_hz))
     if smoothing < SMOOTHING:
         yield (
             f"The faster motor filter weakens the staircase's {1 / design.dt:.4g} Hz by a factor "
             f"of {smoothing:.2f} only; {SMOOTHING} is asked for."
         )
-    passed = np.hypot(1, HUM_HZ / max(design.rig.filters.output_hz))
+    passed = np.hypot(1, HUM_HZ / max(filters.output_hz))
     if passed < WEAKENED:
         yield (
-            f"The fastest sensor filter weakens the hum's {HUM_HZ:g} Hz by a factor of {passed:.2f} "
-            f"only; {WEAKENED:g} is asked for: behind the sampler nobody can tell it from a motion."
+            f"The fastest sensor filter weakens the hum's {HUM_HZ:g} Hz by a factor of "
+            f"{passed:.2f} only; {WEAKENED:g} is asked for: behind the sampler nobody can tell it "
+            "from a motion."
         )
     yield unstable(design.filtered_loop)
     yield small_margins(design, (MARGIN, MARGIN))
@@ -121,9 +121,7 @@ def exercise_4(design, rig=None):
             f"The hum moves motor 1 by {volts:.2f} V, {HUM_VOLTS:g} V is allowed; the sensors' "
             "filters and the period both have a say in it."
         )
-    return "Margins {:.2f} and {:.2f}, hum {:.2f} V.".format(
-        *modulus_margins(design), hum_volts(design)
-    )
+    return "Margins {:.2f} and {:.2f}, hum {:.2f} V.".format(*modulus_margins(design), volts)
 
 
 def hum_volts(design):
@@ -136,11 +134,9 @@ def hum_volts(design):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_5(design, lean, rig=None):
-    first = exercise_4(design, rig=rig)
-    if not first:
-        yield f"The design first (exercise 4): {first.message}"
+    """The largest lean from which it comes back, rad."""
+    yield before("The design", "exercise 4", exercise_4(design, rig=rig))
     lean = number("lean", lean, above=0)
     if lean > 0.5:
         yield "The lean is in radians; this one is nearly lying down."
@@ -148,20 +144,10 @@ def exercise_5(design, lean, rig=None):
         yield f"From {lean:.4f} rad your pendulum does not come back in 6 s."
     if recovers(design, FURTHER * lean):
         yield f"It still comes back from {FURTHER * lean:.4f} rad: lean further."
-    share = released(design, lean).saturated[0]
-    return (
-        f"From {lean:.3f} rad it comes back, from 5 % more it does not; motor 1 spends "
-        f"{share:.0%} of the time at its limit."
-    )
+    return f"From {lean:.3f} rad it comes back, from 5 % more it does not."
 
 
 def recovers(design, lean):
-    run = released(design, lean)
+    bench = replace(REAL, delay=PASS)
+    run = simulate(design.rig, design.controller, LASTING, [lean, 0, 0], imperfections=bench)
     return not run.fell and float(np.abs(run.angles[run.t > LASTING - 1]).max()) < REST
-
-
-def released(design, lean):
-    bench = Imperfections(filters=True, saturation=True, delay=PASS)
-    return simulate(
-        design.rig, design.controller, LASTING, initial=[lean, 0, 0], imperfections=bench
-    )

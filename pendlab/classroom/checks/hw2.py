@@ -15,7 +15,7 @@ from .acceptance import (
     unstable,
     wrong_design,
 )
-from .judging import compare, judged, on
+from .judging import asks, on
 
 KP = 5.0
 EQUAL, DIFFERENT = (0.9, 0.9), (0.9, 0.8)  # eigenvalues of E
@@ -24,22 +24,19 @@ QUIETER = 0.66  # of the reference's noise
 
 
 @on("triple", who="your name")
-def exercise_1(freedom, rig=None):
-    design = reference(rig, KP)
-    truth = [choices(design.model, E) for E in (EQUAL, DIFFERENT)]
-    return compare(
-        "freedom",
-        freedom,
-        truth,
-        mistakes=[
-            ([4, 4], "That is the dimension of the null space. Which of these choices leave every "
-             "estimate as it is?"),
-            ([0, 4], "The equal case is right. With two different eigenvalues, is every number that "
-             "you choose seen in the estimate? Scale one row of T."),
-            ([3, 3], "One common factor of T drops out, but that is not all."),
-        ],
-        apart=True,
-    )  # fmt: skip
+@asks("freedom", apart=True)
+def exercise_1(rig):
+    """Coefficients that change the transfer from y to the estimate, for equal and different E."""
+    model = reference(rig, KP).model
+    yield [choices(model, E) for E in (EQUAL, DIFFERENT)], None
+    null = "That is the dimension of the null space. Which choices leave every estimate as it is?"
+    yield [4, 4], null
+    scale = (
+        "The equal case is right. With two different eigenvalues, is every number that "
+        "you choose seen in the estimate? Scale one row of T."
+    )
+    yield [0, 4], scale
+    yield [3, 3], "One common factor of T drops out, but that is not all."
 
 
 def choices(model, E):
@@ -59,8 +56,8 @@ def choices(model, E):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_2(alpha, rig=None):
+    """The fastest observer E = alpha I whose noise is within the limit."""
     alpha = number("alpha", alpha)
     if not 0 <= alpha < 1:
         yield "alpha should be from 0 up to, but not including, 1."
@@ -69,25 +66,22 @@ def exercise_2(alpha, rig=None):
     def noise(value):
         return design_noise(replace(design, E=(value, value)))[0]
 
-    limit = DEAREST * noise(EQUAL[0])
-    if noise(alpha) > limit:
-        yield (
-            f"At your alpha motor 1 shakes with {noise(alpha):.2f} V, {limit:.2f} V is the limit."
-        )
+    here, limit = noise(alpha), DEAREST * noise(EQUAL[0])
+    if here > limit:
+        yield f"At your alpha motor 1 shakes with {here:.2f} V, {limit:.2f} V is the limit."
     if noise(max(alpha - FINELY, 0)) <= limit:
         yield (
-            f"{noise(alpha):.2f} V is within the limit of {limit:.2f} V, but an observer "
+            f"{here:.2f} V is within the limit of {limit:.2f} V, but an observer "
             f"faster by {FINELY} would be too."
         )
-    return f"{noise(alpha):.2f} V, and {FINELY} faster would exceed the limit."
+    return f"{here:.2f} V, and {FINELY} faster would exceed the limit."
 
 
 @on("triple", who="your name")
-@judged
 def exercise_3(*pair, rig=None):
+    """Two members for one E whose margins differ."""
     if len(pair) != 2:
         yield "Two designs are asked for: pl.check(..., one, other, rig=rig)."
-
     for design in pair:
         yield wrong_design(design, rig)
         yield too_slow(design)
@@ -123,26 +117,21 @@ def too_slow(design):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_4(design, rig=None):
+    """An observer as good as the reference's, and quieter."""
     start = reference(rig, KP)
-    limit = QUIETER * design_noise(start)[0]
     yield wrong_design(design, rig)
     if design.kp != KP or design.F.shape != start.F.shape or not np.allclose(design.F, start.F):
         yield "F and k_p stay those of reference: what the observer alone can do is the question."
     values = np.linalg.eigvals(design.family.E)
     if abs(values[0] - values[1]) < APART:
-        yield (f"The eigenvalues of your E are (nearly) equal; keep them at least {APART} apart.")
+        yield f"The eigenvalues of your E are (nearly) equal; keep them at least {APART} apart."
     yield too_slow(design)
     yield unstable(design.filtered_loop)
     yield small_margins(design, np.array(modulus_margins(start)) - 1e-6)
-    yield too_noisy(design_noise(design)[0], limit)
-    return (
-        "Margins {:.3f} and {:.3f} at {:.2f} V of noise; the paper's E = diag(0.9, 0.9) has "
-        "{:.3f} and {:.3f} at {:.2f} V.".format(
-            *modulus_margins(design),
-            design_noise(design)[0],
-            *modulus_margins(start),
-            design_noise(start)[0],
-        )
+    yield too_noisy(design_noise(design)[0], QUIETER * design_noise(start)[0])
+    has = "{:.3f} and {:.3f} at {:.2f} V"
+    mine, theirs = (
+        has.format(*modulus_margins(one), design_noise(one)[0]) for one in (design, start)
     )
+    return f"Margins {mine} of noise; the paper's E = diag(0.9, 0.9) has {theirs}."

@@ -5,11 +5,20 @@ from dataclasses import replace
 import numpy as np
 
 from ..._arguments import number
-from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
 from ...loop import time_constant
-from .acceptance import modulus_margins, reference, small_margins, unstable, wrong_design
-from .judging import compare, judged, on
+from .acceptance import (
+    REAL,
+    before,
+    fallen,
+    modulus_margins,
+    reference,
+    slow,
+    small_margins,
+    unstable,
+    wrong_design,
+)
+from .judging import asks, on
 
 KP = 5.0
 SLOWEST, WANTED, OFFSET, BAND, SETTLED, PEAK = 20.0, 4.0, 0.003, 0.01, 10.0, 0.2
@@ -17,28 +26,22 @@ STEP, LASTING = 0.2, 30.0  # rad, s
 
 
 @on("triple", who="your name")
-def exercise_1(tau, rig=None):
+@asks("tau")
+def exercise_1(rig):
+    """Time constant of the slowest motion without filters, s."""
     design = reference(rig, KP)
-    truth = time_constant(design.nominal_loop)
-    return compare(
-        "tau",
-        tau,
-        truth,
-        tolerance=5e-3,
-        mistakes=[
-            (truth / design.dt, "That is counted in samples; how long is one?"),
-            (truth * np.log(2), "That is the half-life; a time constant is the decay to 1/e."),
-            (1 / np.abs(1 - np.exp(-design.dt / truth)), "Samples again, and by 1/(1 - z)."),
-        ],
-    )
+    tau = time_constant(design.nominal_loop)
+    yield tau, None
+    yield tau / design.dt, "That is counted in samples; how long is one?"
+    yield tau * np.log(2), "That is the half-life; a time constant is the decay to 1/e."
+    yield 1 / np.abs(1 - np.exp(-design.dt / tau)), "Samples again, and by 1/(1 - z)."
 
 
 @on("triple", who="your name")
-@judged
 def exercise_2(weight, rig=None):
-    weight = number("weight", weight, above=0)
+    """Weight of the integrator at which the slowest motion takes `SLOWEST` seconds."""
     design = reference(rig, KP)
-    faster = replace(design, Q=(*design.Q[:-1], weight))
+    faster = replace(design, Q=(*design.Q[:-1], number("weight", weight, above=0)))
     tau = time_constant(faster.nominal_loop)
     if abs(tau - SLOWEST) > 0.05 * SLOWEST:
         yield (
@@ -49,43 +52,26 @@ def exercise_2(weight, rig=None):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_3(design, rig=None):
-    start = reference(rig, KP)
-
+    """A design that is quick at the margins of the start."""
+    start = modulus_margins(reference(rig, KP))
     yield wrong_design(design, rig)
     yield unstable(design.filtered_loop)
+    yield slow(design.filtered_loop, WANTED)
+    yield small_margins(design, np.array(start) - 1e-6)
+    both = "{:.3f} and {:.3f}"
+    mine = both.format(*modulus_margins(design))
     tau = time_constant(design.filtered_loop)
-    if tau > WANTED:
-        yield (
-            f"With filters the slowest motion has a time constant of {tau:.3g} s, at most "
-            f"{WANTED:g} s is asked for."
-        )
-    yield small_margins(design, np.array(modulus_margins(start)) - 1e-6)
-    return (
-        "{:.2f} s at margins of {:.3f} and {:.3f}, where the start had {:.3f} and {:.3f}.".format(
-            time_constant(design.filtered_loop),
-            *modulus_margins(design),
-            *modulus_margins(start),
-        )
-    )
+    return f"{tau:.2f} s at margins of {mine}, where the start had {both.format(*start)}."
 
 
 @on("triple", who="your name")
-@judged
 def exercise_4(design, rig=None):
-    first = exercise_3(design, rig=rig)
-    if not first:
-        yield f"The linear requirements first (exercise 3): {first.message}"
-    bench = Imperfections(filters=True, saturation=True, offset=(OFFSET, 0, 0, 0))
-    run = simulate(design.rig, design.controller, LASTING, imperfections=bench)
-    step = simulate(
-        design.rig, design.controller, LASTING, reference=STEP,
-        imperfections=replace(bench, offset=0.0),
-    )  # fmt: skip
-
-    if run.fell:
-        yield f"With the offset the nonlinear pendulum falls after {run.fell_at:.2f} s."
+    """The same, on the nonlinear pendulum with an offset."""
+    yield before("The linear requirements", "exercise 3", exercise_3(design, rig=rig))
+    offset = replace(REAL, offset=(OFFSET, 0, 0, 0))
+    run = simulate(rig, design.controller, LASTING, imperfections=offset)
+    yield fallen(run, "With the offset")
     settled, peak = settling(run), np.abs(run.angles[:, 1]).max()
     if settled > SETTLED:
         yield (
@@ -99,9 +85,10 @@ def exercise_4(design, rig=None):
         )
     if run.saturated.any():
         yield f"A motor is at its limit in {run.saturated.max():.1%} of the samples."
+    step = simulate(rig, design.controller, LASTING, reference=STEP, imperfections=REAL)
     if step.fell or abs(step.angles[-1, 1] - STEP) > BAND:
         yield f"An attitude step of {STEP:g} rad is not followed within {LASTING:g} s."
-    return f"Settled after {settling(run):.1f} s, peak {np.abs(run.angles[:, 1]).max():.3f} rad."
+    return f"Settled after {settled:.1f} s, peak {peak:.3f} rad."
 
 
 def settling(run):

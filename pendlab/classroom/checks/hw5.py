@@ -5,17 +5,14 @@ from dataclasses import replace
 import numpy as np
 
 from ..._arguments import array, found
-from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
-from ...design import Design
-from ...loop import margins
 from ...models import equations, linearize
 from ...observers import observer_family
 from ...parameters import Filters, Motor, Pendulum, load
 from ...sampled import sample
 from ...studies.controllability import recoverable_tilt
-from .acceptance import alike, unstable
-from .judging import Verdict, all_right, compare, judged, not_callable, on
+from .acceptance import REAL, alike, before, fallen, no_design, small_margins, unstable
+from .judging import FOUND_TOO, Verdict, all_right, asks, compare, not_callable, on
 
 PRICES, LIMITS, BUDGET = (3, 1), (12.0, 2.5), 5
 LEAST, MOST = 20, 240  # gear ratios to be had
@@ -45,15 +42,15 @@ def links_alone(rig):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_1(function, rig=None):
+    """A function that puts a motor behind another gearbox."""
     yield not_callable(function, "your function geared(motor, ratio)")
     for motor in rig.motors:
         for k in (0.5, 1.0, 2.0):
             ratio = k * motor.ratio
             mine, theirs = geared(motor, ratio), function(motor, ratio)
             if not isinstance(theirs, Motor):
-                yield f"geared must return a pl.Motor, found {theirs!r}."[:200]
+                yield f"geared must return a pl.Motor, {found(theirs)}."
             for name in ("gain", "inertia", "damping", "ratio"):
                 want, have = getattr(mine, name), getattr(theirs, name)
                 if not np.isclose(have, want, rtol=1e-6):
@@ -66,22 +63,17 @@ def exercise_1(function, rig=None):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_2(function, rig=None):
+    """A function that gives mass matrix and gravity matrix of any tower."""
     yield not_callable(function, "your function mass_and_gravity(rig)")
-    triple = rig
-    large, small = triple.motors
-    cases = [load("double"), triple, tower(triple, [large, small], LIMITS)]
-    for case in cases:
-        truth = links_alone(case)
+    for case in [load("double"), rig, tower(rig, rig.motors, LIMITS)]:
         answer = function(case)
         if not isinstance(answer, (tuple, list)) or len(answer) != 2:
             yield "The function should return the pair (M, P)."
-        for name, want, have in zip("MP", truth, answer):
-            have = array(name, have)
-            judged = compare(name, have, want, _matrix_mistakes(case, name, want), 1e-9)
-            if not judged:
-                yield f"With {case.n_links} links: {judged.message}"
+        for name, want, have in zip("MP", links_alone(case), answer):
+            mistakes = _matrix_mistakes(case, name, want)
+            verdict = compare(name, array(name, have), want, mistakes, 1e-9)
+            yield None if verdict else f"With {case.n_links} links: {verdict.message}"
     return "Both matrices agree for two, three and four links."
 
 
@@ -99,52 +91,40 @@ def _matrix_mistakes(rig, name, truth):
 @on("triple", who="your name")
 def exercise_3(freedom, most, rig=None):
     """Free directions in each row of T for 1, 2, 3 motors; most motors with E = e I."""
-    truth = [row_freedom(rig, m) for m in (1, 2, 3)]
-    n = 4
-    first = compare(
-        "freedom",
-        freedom,
-        truth,
-        mistakes=[
-            ([n + 1] * 3, "Those are the unknowns beyond t A; TB = 0 takes one away per motor."),
-            ([2 * n - m for m in (1, 2, 3)], "A row of K brings n + 1 further unknowns, and "
-             "t A - e t = k C is 2n equations."),
-        ],
-    )  # fmt: skip
-    rows = n - 1
-    best = max(m for m, free in zip((1, 2, 3), truth) if free >= rows)
-    if most == best:
-        second = Verdict(True, "With more motors E needs different eigenvalues.")
-    else:
-        second = Verdict(
-            False, f"T has {rows} rows. With E = e I they all come from one and the same space; of "
-            "which dimension must it be at least?"
-        )  # fmt: skip
-    return all_right(first, second)
+    rows = 3
+    best = max(m for m in (1, 2, 3) if row_freedom(rig, m) >= rows)
+    hint = (
+        f"T has {rows} rows. With E = e I they all come from one and the same space; of which "
+        "dimension must it be at least?"
+    )
+    second = Verdict(most == best, FOUND_TOO if most == best else hint)
+    return all_right(_freedom(freedom, rig), second)
+
+
+@asks("freedom")
+def _freedom(rig):
+    n, motors = 4, (1, 2, 3)
+    yield [row_freedom(rig, m) for m in motors], None
+    yield [n + 1] * 3, "Those are the unknowns beyond t A; TB = 0 takes one away per motor."
+    further = "A row of K brings n + 1 further unknowns, and t A - e t = k C is 2n equations."
+    yield [2 * n - m for m in motors], further
 
 
 def row_freedom(rig, m):
     """Dimension of the solutions (t, k) of one row, counted on a sampled tower."""
     large, small = rig.motors
     made = tower(rig, [large, small, small][:m], (*LIMITS, LIMITS[1])[:m])
-    model = sample(linearize(made), 0.01)
-    return observer_family(model, [0.1, 0.2, 0.3]).dimension // 3
+    return observer_family(sample(linearize(made), 0.01), [0.1, 0.2, 0.3]).dimension // 3
 
 
 @on("triple", who="your name")
-@judged
 def exercise_4(mine, rig=None):
+    """Motors for four links."""
     if not isinstance(mine, Pendulum):
         yield f"Expected your Pendulum, {found(mine)}."
-    yield from _motor_shortfalls(mine, rig)
-    return f"Tilt {recoverable_tilt(mine):.3f} rad."
-
-
-def _motor_shortfalls(mine, rig):
-    large, small = rig.motors
     price = 0
     for i, (motor, limit) in enumerate(zip(mine.motors, mine.u_max), 1):
-        kind = _which(motor, large, small)
+        kind = _which(motor, rig.motors)
         if kind is None:
             yield (
                 f"Motor {i} is neither your large nor your small one behind another gearbox; "
@@ -162,53 +142,36 @@ def _motor_shortfalls(mine, rig):
     tilt = recoverable_tilt(mine)
     if tilt < TILT:
         yield (
-            f"From a lean of {tilt:.3f} rad even the best controller would be too weak, {TILT:g} is "
-            "asked for: which motor is at its limit first, or is there one too few?"
+            f"From a lean of {tilt:.3f} rad even the best controller would be too weak, {TILT:g} "
+            "is asked for: which motor is at its limit first, or is there one too few?"
         )
+    return f"Tilt {tilt:.3f} rad."
 
 
-def _which(motor, large, small):
-    for kind, base in enumerate((large, small)):
+def _which(motor, kinds):
+    """Index of the motor that is the same but for its gearbox, or None."""
+
+    def same(base):
         made = geared(base, motor.ratio)
-        if np.allclose(
-            [motor.gain, motor.inertia, motor.damping],
-            [made.gain, made.inertia, made.damping],
-            1e-6,
-        ):
-            return kind
-    return None
+        fields = ("gain", "inertia", "damping")
+        return all(np.isclose(getattr(motor, f), getattr(made, f), 1e-6) for f in fields)
+
+    return next((kind for kind, base in enumerate(kinds) if same(base)), None)
 
 
 @on("triple", who="your name")
-@judged
 def exercise_5(design, rig=None):
-    if not isinstance(design, Design):
-        yield f"Expected a pl.Design, found {type(design).__name__}."
-    for shortfall in _motor_shortfalls(design.rig, rig):
-        yield f"The rig first (task 4): {shortfall}"
+    """A design that lets four links stand, with margin."""
+    yield no_design(design)
+    yield before("The rig", "task 4", exercise_4(design.rig, rig=rig))
     yield unstable(design.filtered_loop)
-    for i in range(design.rig.n_motors):
-        least = margins(design.loop(i, filters=True))
-        if least.modulus < MARGIN:
-            yield (
-                f"With filters the modulus margin at input {i + 1} is {least.modulus:.3f}, "
-                f"{MARGIN:g} is asked for; the curve is nearest to -1 at "
-                f"{least.modulus_omega / (2 * np.pi):.1f} Hz. What in Q, R or E makes that "
-                "loop so fast?"
-            )
-    yield stands(design)
-    return "Four links stand, with margin, on three motors or fewer."
-
-
-def stands(design):
-    bench = Imperfections(filters=True, saturation=True)
-    run = simulate(design.rig, design.controller, 10, [LEAN, 0, 0, 0], imperfections=bench)
-    if run.fell:
-        return f"Released at a lean of {LEAN:g} rad it falls after {run.fell_at:.2f} s."
+    yield small_margins(design, [MARGIN] * design.rig.n_motors)
+    run = simulate(design.rig, design.controller, 10, [LEAN, 0, 0, 0], imperfections=REAL)
+    yield fallen(run, f"Released at a lean of {LEAN:g} rad")
     left = np.abs(run.angles[run.t > SETTLED]).max()
     if left > REST:
-        return (
+        yield (
             f"Released at {LEAN:g} rad it stays up, but angles still reach {left:.3f} rad after "
             f"{SETTLED:g} s; {REST:g} is asked for."
         )
-    return None
+    return "Four links stand, with margin, on three motors or fewer."

@@ -8,21 +8,14 @@ from scipy.optimize import brentq
 from ..._arguments import array, number
 from ...bench.imperfections import Imperfections, bench_imperfections
 from ...bench.simulation import simulate
-from ...design import Design
 from ...loop import frequency_response
 from ...models import linearize
-from ...paper.designs import paper_design
-from .acceptance import small_margins, unstable, wrong_design
-from .judging import Verdict, all_right, choose, compare, judged, not_callable, on
+from .acceptance import fallen, reference, slow, small_margins, unstable, wrong_design
+from .judging import FOUND_TOO, all_right, asks, choose, compare, not_callable, on
 
 STIFFNESS = 50.0  # N m/rad, of the gearbox of tasks 1 to 4
 SECONDS, FROM = 30.0, 15.0
-SMALLER, MARGIN, FURTHEST = 0.2, 0.3, 0.06
-
-
-def reference(rig):
-    paper = paper_design("double")
-    return Design(rig, paper.Q, paper.R, paper.E)
+SMALLER, MARGIN, FURTHEST, SLOWEST = 0.2, 0.5, 0.05, 2.5  # share, from -1, rad, s
 
 
 def gap(rig):
@@ -76,9 +69,10 @@ def measured(run):
     return 1 / np.diff(crossing).mean(), np.ptp(x) / 2
 
 
-def run_with(design, imperfections):
+def run_with(design, imperfections, seconds=SECONDS, attitude=0.0):
+    start = [0.01, -0.01]
     return simulate(
-        design.rig, design.controller, SECONDS, [0.01, -0.01], imperfections=imperfections
+        design.rig, design.controller, seconds, start, attitude, imperfections=imperfections
     )
 
 
@@ -89,125 +83,107 @@ def soft_gear(rig):
 
 
 @on("double", who="your name")
-@judged
 def exercise_1(function, rig=None):
+    """The describing function of play."""
     yield not_callable(function, "your function N(a)")
     half = gap(rig) / 2
     for times in (0.5, 1.0, 1.02, 1.3, 2.0, 5.0, 50.0):
         found = number("N(a)", float(np.real(function(times * half))))
         truth = float(dead_zone(times * half, half, STIFFNESS))
-        judged = compare(
-            f"N at {times:g} times half the gap",
-            found,
-            truth,
-            mistakes=[
-                (STIFFNESS - truth, "That is what the dead zone takes away; the spring keeps the "
-                 "rest."),
-                (float(dead_zone(times * half, 2 * half, STIFFNESS)), "The play is the gap from "
-                 "side to side; contact begins at half of it."),
-                (truth / 2, "Half of it: the first harmonic is 2 times the mean of torque times "
-                 "cosine."),
-            ] if truth > 0 else [],
-            tolerance=2e-3,
-        )  # fmt: skip
         if truth == 0 and abs(found) > 1e-6 * STIFFNESS:
             yield "Inside the gap nothing touches: N is 0 there."
-        if truth > 0 and not judged:
-            yield judged
+        if truth > 0:
+            mistakes = [
+                (STIFFNESS - truth, "That is what the dead zone takes; the spring keeps the rest."),
+                (
+                    float(dead_zone(times * half, 2 * half, STIFFNESS)),
+                    "The play is the gap from side to side; contact begins at half of it.",
+                ),
+                (
+                    truth / 2,
+                    "Half of it: the first harmonic is 2 times the mean of torque times cosine.",
+                ),
+            ]
+            yield compare(f"N at {times:g} times half the gap", found, truth, mistakes, 2e-3)
     return "Nothing inside the gap, and nearly the whole spring far outside."
 
 
 @on("double", who="your name")
 def exercise_2(function, rig=None):
-    if not callable(function):
-        return Verdict(False, not_callable(function, "your function W(omega)"))
-    design = reference(rig)
+    """What the gear feels of the rest, W(omega)."""
+    yield not_callable(function, "your function W(omega)")
     omega = np.array([2.0, 10.0, 30.0, 80.0])
-    found = np.asarray(function(omega), dtype=complex)
-    truth = at_the_gear(design, omega)
-    G, motor, s = links(design.rig, omega)[:, 1], design.rig.motors[0], 1j * omega
-    rotor = 1 / (motor.inertia * s**2 + motor.damping * s)
-    return compare(
-        "W",
-        found,
-        truth,
-        mistakes=[
-            (truth - G, "The twist is rotor minus link: the link moves under the torque too."),
-            (rotor + G, "That is the gear without controller: u answers what y does."),
-            (2 * (rotor + G) - truth, "Sign of the controller: u = -P y."),
-        ],
-    )
+    truth = at_the_gear(reference(rig), omega)
+    G, motor, s = links(rig, omega)[:, 1], rig.motors[0], 1j * omega
+    alone = 1 / (motor.inertia * s**2 + motor.damping * s) + G
+    mistakes = [
+        (truth - G, "The twist is rotor minus link: the link moves under the torque too."),
+        (alone, "That is the gear without controller: u answers what y does."),
+        (2 * alone - truth, "Sign of the controller: u = -P y."),
+    ]
+    yield compare("W", np.asarray(function(omega), dtype=complex), truth, mistakes)
+    return FOUND_TOO
 
 
 @on("double", who="your name")
 def exercise_3(found, stability, rig=None):
-    design = reference(rig)
-    truth = np.array(prediction(design, gap(rig) / 2, STIFFNESS))
-    first = compare(
-        "predicted",
-        found,
-        truth,
-        mistakes=[
-            (truth * [2 * np.pi, 1, 1], "The first number should be in hertz."),
-            (truth * [1, 1, truth[1] / truth[2]], "The third is the link's angle: its own transfer "
-             "function times the torque N a, not the twist."),
-        ],
-        apart=True,
-        each=True,  # hertz and radians
-    )  # fmt: skip
-    return all_right(first, choose(
-        "stability",
-        stability,
-        "stable",
-        {"unstable": "Suppose the amplitude is a little too large: N is larger, so the gear is "
-         "stiffer. Is the loop with a stiff gear stable or not?"},
-    ))  # fmt: skip
+    """Frequency and amplitudes of the limit cycle, and whether motion returns to it."""
+    stiff = (
+        "Answer the task's question first: a little too large an amplitude, and what is N then? "
+        "Is the loop with such a gear damped or not?"
+    )
+    return all_right(
+        _predicted(found, rig), choose("stability", stability, "stable", {"unstable": stiff})
+    )
+
+
+@asks("predicted", apart=True, each=True)  # hertz and radians
+def _predicted(rig):
+    truth = np.array(prediction(reference(rig), gap(rig) / 2, STIFFNESS))
+    yield truth, None
+    yield truth * [2 * np.pi, 1, 1], "The first number should be in hertz."
+    third = (
+        "The third is the link's angle: its own transfer function times the torque N a, "
+        "not the twist."
+    )
+    yield [*truth[:2], truth[1]], third
 
 
 @on("double", who="your name")
 def exercise_4(answer, rig=None):
-    design = reference(rig)
-    truth = np.array(measured(run_with(design, soft_gear(rig))))
-    pair = array("measured", answer, (2,))
-    scaled = pair / truth
-    return compare(
-        "measured (over what we measure)",
-        scaled,
-        np.ones(2),
-        mistakes=[
-            ([2 * np.pi, 1], "The first number should be in hertz."),
-            ([2, 1], "Count full periods: upward crossings only."),
-            ([1, 2], "Amplitude is half of peak to peak."),
-            ([1, 1 / np.sqrt(2)], "Amplitude, not RMS."),
-        ],
-        tolerance=0.03,
-        apart=True,
-    )
+    """Frequency and amplitude of the simulated cycle."""
+    truth = np.array(measured(run_with(reference(rig), soft_gear(rig))))
+    return _measured(array("measured", answer, (2,)) / truth)
+
+
+@asks("measured (over what we measure)", tolerance=0.03, apart=True)
+def _measured(rig):
+    yield [1, 1], None
+    yield [2 * np.pi, 1], "The first number should be in hertz."
+    yield [2, 1], "Count full periods: upward crossings only."
+    yield [1, 2], "Amplitude is half of peak to peak."
+    yield [1, 1 / np.sqrt(2)], "Amplitude, not RMS."
 
 
 @on("double", who="your name")
-@judged
 def exercise_5(design, attitude, rig=None):
     """A design and an attitude at which the real gear comes to rest."""
-    attitude = number("attitude", attitude)
-    gear = hard_gear(rig)
-
     yield wrong_design(design, rig)
-    if abs(attitude) > FURTHEST:
+    if abs(number("attitude", attitude)) > FURTHEST:
         yield f"The attitude may be {FURTHEST:g} rad at most, yours is {attitude:g} rad."
     yield unstable(design.filtered_loop)
     yield small_margins(design, (MARGIN,))
-    after = swing(design, attitude, gear)
-    if after is None:
-        yield "With the gap the pendulum falls."
-    before = swing(reference(rig), 0.0, gear)
-    if after > SMALLER * before:
+    yield slow(design.filtered_loop, SLOWEST)
+    run = run_with(design, hard_gear(rig), 40.0, attitude)
+    yield fallen(run, "With the gap")
+    share = swing(run) / swing(run_with(reference(rig), hard_gear(rig), 40.0))
+    if share > SMALLER:
         yield (
-            f"theta2 - theta1 still swings with {after / before:.0%} of the reference's "
-            f"amplitude, {SMALLER:.0%} is asked for. Do the teeth still leave each other? "
-            "Compare the torque of gravity at the gear with what the controller adds."
+            f"theta2 - theta1 still swings with {share:.0%} of the reference's amplitude, "
+            f"{SMALLER:.0%} is asked for. Do the teeth still leave each other? Compare the torque "
+            "of gravity at the gear with what the controller adds."
         )
-    return "The teeth stay in touch, and the pendulum comes to rest."
+    return f"{share:.1%} of the reference's swing is left."
 
 
 def hard_gear(rig):
@@ -216,9 +192,6 @@ def hard_gear(rig):
     return replace(bench, gear_friction=0.0, offset=0.0, resolution=0.0, voltage_resolution=0.0)
 
 
-def swing(design, attitude, gear):
-    """Half the peak to peak of theta2 - theta1 in the last 10 of 40 s, or None after a fall."""
-    run = simulate(
-        design.rig, design.controller, 40, [0.01, -0.01], reference=attitude, imperfections=gear
-    )
-    return None if run.fell else float(np.ptp(run.angles[run.t > 30, 1]) / 2)
+def swing(run):
+    """Half the peak to peak of theta2 - theta1 in the last 10 of 40 s."""
+    return float(np.ptp(run.angles[run.t > 30, 1]) / 2)

@@ -3,13 +3,11 @@
 import numpy as np
 
 from ..._arguments import found, number, whole
-from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
-from ...design import Design
 from ...parameters import Link
 from ...studies.controllability import controllability_measures, recoverable_tilt, with_bar
-from .acceptance import alike, unstable
-from .judging import Verdict, all_right, judged, not_callable, on
+from .acceptance import REAL, alike, before, fallen, no_design, unstable
+from .judging import Verdict, all_right, not_callable, on
 
 TUBE = 0.2  # kg/m
 LONGEST, HEAVIEST, WEIGHT = 1.5, 0.2, 0.5  # m, kg at each end, kg in all
@@ -31,8 +29,8 @@ def barred(rig, link, length, ends, height):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_1(function, rig=None):
+    """A function that puts a bar on a link."""
     yield not_callable(function, "your function carry(link, inertia, mass, height)")
     for i, link in enumerate(rig.links, 1):
         for bar in ((0.05, 0.0, 0.1), (0.05, 0.3, 0.0), (0.1, 0.5, link.com), (0.02, 0.2, 0.25)):
@@ -41,11 +39,11 @@ def exercise_1(function, rig=None):
                 yield f"carry must return a pl.Link, {found(made)}."
             for name in ("mass", "com", "inertia", "length", "friction"):
                 if not np.isclose(getattr(made, name), getattr(truth, name), rtol=1e-6):
-                    yield _carry_hint(name, made, truth, link, bar)
+                    yield _carry_hint(name, made, link, bar)
     return "Mass, centre of mass and inertia follow as they should."
 
 
-def _carry_hint(name, made, truth, link, bar):
+def _carry_hint(name, made, link, bar):
     inertia, mass, height = bar
     if name == "inertia":
         near = link.inertia + inertia
@@ -65,52 +63,38 @@ def _carry_hint(name, made, truth, link, bar):
 def exercise_2(by_ratio, by_tilt, rig=None):
     """On which link a bar of EXAMPLE helps most, by Furuta's ratio and by the recoverable tilt."""
     measures = [controllability_measures(with_bar(rig, link, EXAMPLE)) for link in (1, 2, 3)]
-    truth = {
-        "by_ratio": 1 + int(np.argmin([m.ratio for m in measures])),
-        "by_tilt": 1 + int(np.argmax([m.tilt for m in measures])),
-    }
-    better = {"by_ratio": "less", "by_tilt": "more"}
-    verdicts = [
-        Verdict(True, "Two measures, two opinions.")
-        if answer == truth[name]
-        else Verdict(
-            False,
-            f"{name}: not link {answer}. Of this measure {better[name]} is better; links count from 1.",
-        )
-        for name, answer in (("by_ratio", by_ratio), ("by_tilt", by_tilt))
-    ]
-    return all_right(*verdicts)
+
+    def verdict(name, answer, values, better):
+        if answer == 1 + int(np.argmin(values)):
+            return Verdict(True, "Two measures, two opinions.")
+        hint = f"not link {answer}. Of this measure {better} is better; links count from 1."
+        return Verdict(False, f"{name}: {hint}")
+
+    return all_right(
+        verdict("by_ratio", by_ratio, [m.ratio for m in measures], "less"),
+        verdict("by_tilt", by_tilt, [-m.tilt for m in measures], "more"),
+    )
 
 
 @on("triple", who="your name")
-@judged
 def exercise_3(link, inertia, rig=None):
     """A bar that flatters the ratio and makes the pendulum harder to catch."""
-    bare, made = (
-        controllability_measures(rig),
-        controllability_measures(
-            with_bar(rig, whole("link", link, least=1), number("inertia", inertia, above=0))
-        ),
-    )
+    rigs = rig, with_bar(rig, whole("link", link, least=1), number("inertia", inertia, above=0))
+    bare, made = map(controllability_measures, rigs)
     ratio, tilt = made.ratio / bare.ratio, made.tilt / bare.tilt
     if ratio > FLATTERED:
         yield f"The ratio is {ratio:.2f} of the bare one; {FLATTERED:g} or less is asked."
     if tilt > HARDER:
         yield (
-            f"The ratio falls, but the tilt is {tilt:.2f} of the bare one, {HARDER:g} or less is asked: "
-            + ("this bar does help." if tilt > 1 else "not the right amount of it.")
+            f"The ratio falls, but the tilt is {tilt:.2f} of the bare one, {HARDER:g} or less is "
+            f"asked: {'this bar does help' if tilt > 1 else 'not the right amount of it'}."
         )
     return f"Ratio {ratio:.2f}, tilt {tilt:.2f} of the bare pendulum's."
 
 
 @on("triple", who="your name")
-@judged
 def exercise_4(bar, rig=None):
-    yield from _bar_shortfalls(bar, rig)
-    return "A bar that is worth its weight."
-
-
-def _bar_shortfalls(bar, rig):
+    """A bar from the kit that lets more tilt be caught."""
     yield wrong_bar(bar, rig)
     gain = recoverable_tilt(barred(rig, *bar)) / recoverable_tilt(rig)
     if gain < BETTER:
@@ -119,6 +103,7 @@ def _bar_shortfalls(bar, rig):
             "asked for. Inertia helps, weight high up hurts: what gives inertia for little "
             "weight, and where does weight hurt least?"
         )
+    return "A bar that is worth its weight."
 
 
 def wrong_bar(bar, rig):
@@ -145,24 +130,22 @@ def wrong_bar(bar, rig):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_5(bar, design, rig=None):
-    for shortfall in _bar_shortfalls(bar, rig):
-        yield shortfall and f"The bar first (task 4): {shortfall}"
-    if not isinstance(design, Design):
-        yield f"Expected a pl.Design, {found(design)}."
+    """A design that catches the pendulum with its bar."""
+    yield before("The bar", "task 4", exercise_4(bar, rig=rig))
+    yield no_design(design)
     if not alike(design.rig, barred(rig, *bar)):
         yield "The design belongs to another rig; make it for barred(rig, *bar)."
     yield unstable(design.filtered_loop)
     lean = CLOSE * recoverable_tilt(design.rig)
-    bench = Imperfections(filters=True, saturation=True)
-    run = simulate(design.rig, design.controller, 8, [lean, 0, 0], imperfections=bench)
+    run = simulate(design.rig, design.controller, 8, [lean, 0, 0], imperfections=REAL)
     if run.fell:
         yield (
-            f"Let go at {lean:.3f} rad it falls after {run.fell_at:.2f} s. Which motor is at its "
+            f"{fallen(run, f'Let go at {lean:.3f} rad')} Which motor is at its "
             "limit just before, and does it push the right way there?"
         )
     left = np.abs(run.angles[run.t > 7]).max()
     if left > CAUGHT:
         yield f"It stays up, but still swings by {left:.2f} rad in the eighth second."
-    return f"Caught from {lean:.3f} rad, {lean / recoverable_tilt(rig):.2f} times the bare recoverable tilt."
+    times = lean / recoverable_tilt(rig)
+    return f"Caught from {lean:.3f} rad, {times:.2f} times the bare recoverable tilt."

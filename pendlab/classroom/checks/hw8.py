@@ -4,40 +4,42 @@ import numpy as np
 from scipy.optimize import fsolve
 
 from ..._arguments import array
-from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
-from ...design import Design
 from ...models import linearize, nonlinear
-from .acceptance import small_margins, unstable, wrong_design
-from .judging import all_right, compare, judged, on
+from ...sampled import add_integrator, sample
+from .acceptance import REAL, fallen, small_margins, unstable, wrong_design
+from .judging import all_right, asks, on
 
 POSE = (0.1, -0.1)  # rad, theta2 - theta1 and theta3 - theta2
 STEPS = ((0.1, 0.0), (0.0, 0.1), (0.1, -0.1))
 BAND, SECONDS, CROSSTALK, MARGIN = 0.01, 2.0, 0.0115, 0.45
 PERIOD, SWING = 12.0, 0.15  # s, rad: a wave of both attitudes
-LENGTH = 2 * PERIOD
 FOLLOWS = 0.03
+BOW = (0.6, 0.5)
 
 
 @on("triple", who="your name")
 def exercise_1(x, u, rig=None):
     """Equilibrium of the linear model with the two upper hinges bent."""
-    plant = linearize(rig)
-    truth_x, truth_u = equilibrium(plant, POSE)
-    if np.shape(x) == (3,):
-        x = np.concatenate([x, np.zeros(3)])
-    first = compare(
-        "x",
-        x,
-        truth_x,
-        mistakes=[
-            (np.concatenate([[0], POSE, np.zeros(3)]), "With link 1 upright the centre of mass is "
-             "not above the lowest hinge, and no motor holds that hinge."),
-            (np.concatenate([np.cumsum(truth_x[:3]), np.zeros(3)]), "Those are absolute angles; the "
-             "state holds relative ones."),
-        ],
-    )  # fmt: skip
-    return all_right(first, compare("u", u, truth_u))
+    x = np.concatenate([x, np.zeros(3)]) if np.shape(x) == (3,) else x
+    return all_right(_at_rest(x, rig), _held(u, rig))
+
+
+@asks("x")
+def _at_rest(rig):
+    x, _ = equilibrium(linearize(rig), POSE)
+    yield x, None
+    upright = (
+        "With link 1 upright the centre of mass is not above the lowest hinge, and no motor holds "
+        "that hinge."
+    )
+    yield [0, *POSE, 0, 0, 0], upright
+    yield [*np.cumsum(x[:3]), 0, 0, 0], "Those are absolute angles; the state holds relative ones."
+
+
+@asks("u")
+def _held(rig):
+    yield equilibrium(linearize(rig), POSE)[1], None
 
 
 def equilibrium(plant, pose):
@@ -50,11 +52,8 @@ def equilibrium(plant, pose):
 
 
 @on("triple", who="your name")
-@judged
 def exercise_2(possible, rig=None):
     """Which sets of tracked outputs can be held: as a list of tuples."""
-    from ...sampled import add_integrator, sample
-
     model = sample(linearize(rig), 0.01)
     candidates = [(0,), (1,), (2,), (3,), (0, 1), (0, 2), (1, 2), (1, 3), (0, 1, 2)]
     truth = {pair for pair in candidates if _reaches(add_integrator(model, list(pair)))}
@@ -89,20 +88,14 @@ def _reaches(model):
     return True
 
 
-def step_run(design, reference, seconds=15):
-    bench = Imperfections(filters=True, saturation=True)
-    rows = np.tile(reference, (round(seconds / design.dt) + 1, 1))
-    return simulate(design.rig, design.controller, seconds, reference=rows, imperfections=bench)
-
-
 @on("triple", who="your name")
-@judged
 def exercise_3(design, rig=None):
-    yield from _linear_shortfalls(design, rig)
+    """Weights with which both attitudes are quick and leave each other alone."""
+    yield _linear_shortfall(design, rig)
     for step in STEPS:
-        run = step_run(design, step)
-        if run.fell:
-            yield f"On the way to {step} rad it falls after {run.fell_at:.2f} s."
+        rows = np.tile(step, (round(15 / design.dt) + 1, 1))
+        run = simulate(rig, design.controller, 15, reference=rows, imperfections=REAL)
+        yield fallen(run, f"On the way to {step} rad")
         error = np.abs(run.angles[:, 1:] - step)
         late = error[run.t > SECONDS].max()
         if late > BAND:
@@ -111,44 +104,36 @@ def exercise_3(design, rig=None):
                 f"after {SECONDS:g} s; {BAND:g} is asked for. What in Q speaks about the "
                 "integrators?"
             )
-        other = [error[:, i].max() for i in (0, 1) if step[i] == 0.0]
-        if other and max(other) > CROSSTALK:
+        other = max((error[:, i].max() for i in (0, 1) if step[i] == 0.0), default=0)
+        if other > CROSSTALK:
             yield (
-                f"At {step} rad the attitude that should stay moves by {max(other):.4f} rad, "
+                f"At {step} rad the attitude that should stay moves by {other:.4f} rad, "
                 f"{CROSSTALK:g} is allowed: the step hits both motors at once. Which weights "
                 "hold the other one firmer?"
             )
     return "Both attitudes, quick and apart."
 
 
-def _linear_shortfalls(design, rig):
-    yield wrong_design(design, rig)
-    if design.kp is not None or tuple(np.atleast_1d(design.tracked)) != (1, 2):
-        yield "Both upper angles need an integrator: kp=None, tracked=(1, 2)."
-    yield unstable(design.filtered_loop)
-    yield small_margins(design, (MARGIN, MARGIN))
+def _linear_shortfall(design, rig):
+    wrong = wrong_design(design, rig)
+    if not wrong and (design.kp is not None or tuple(np.atleast_1d(design.tracked)) != (1, 2)):
+        wrong = "Both upper angles need an integrator: kp=None, tracked=(1, 2)."
+    return wrong or unstable(design.filtered_loop) or small_margins(design, (MARGIN, MARGIN))
 
 
 @on("triple", who="your name")
 def exercise_4(pose, rig=None):
     """Straight forward: the equilibrium of the nonlinear model for a deep bow."""
     pose = array("pose", pose)
-    pose = pose[:3] if pose.shape == (6,) else pose
-    truth = bow(rig)
-    return compare(
-        "pose",
-        pose,
-        truth,
-        mistakes=[
-            (np.cumsum(truth), "Those are absolute angles; relative ones are asked for."),
-            (equilibrium(linearize(rig), BOW)[0][:3], "That is the linear model's answer; at such "
-             "angles sines are no longer straight lines."),
-        ],
-        tolerance=2e-3,
-    )  # fmt: skip
+    return _pose(pose[:3] if pose.shape == (6,) else pose, rig)
 
 
-BOW = (0.6, 0.5)
+@asks("pose", tolerance=2e-3)
+def _pose(rig):
+    yield bow(rig), None
+    yield np.cumsum(bow(rig)), "Those are absolute angles; relative ones are asked for."
+    linear = "That is the linear model's answer; at such angles sines are no longer straight lines."
+    yield equilibrium(linearize(rig), BOW)[0][:3], linear
 
 
 def bow(rig):
@@ -163,21 +148,17 @@ def bow(rig):
 
 
 def wave(t):
-    return SWING * np.column_stack(
-        [np.sin(2 * np.pi * t / PERIOD), np.cos(2 * np.pi * t / PERIOD) - 1]
-    )
+    angle = 2 * np.pi * t / PERIOD
+    return SWING * np.column_stack([np.sin(angle), np.cos(angle) - 1])
 
 
 @on("triple", who="your name")
-@judged
 def exercise_5(design, reference, rig=None):
     """Follow a wave: error of both attitudes, with a reference of the student's own making."""
-    t = design.dt * np.arange(round(LENGTH / design.dt) + 1) if isinstance(design, Design) else 0
-
-    yield from _linear_shortfalls(design, rig)
+    yield _linear_shortfall(design, rig)
+    t = design.dt * np.arange(round(2 * PERIOD / design.dt) + 1)
     rows = array("reference", reference, (len(t), 2))
-    bench = Imperfections(filters=True, saturation=True)
-    run = simulate(rig, design.controller, LENGTH, reference=rows, imperfections=bench)
+    run = simulate(rig, design.controller, 2 * PERIOD, reference=rows, imperfections=REAL)
     if run.fell:
         yield f"It falls after {run.fell_at:.2f} s."
     error = np.abs(run.angles[:, 1:] - wave(t))[t > PERIOD].max()

@@ -11,7 +11,8 @@ from ...paper.designs import paper_design
 from ...sampled import sample
 from ..contest import contest, play, points, rounds
 from ..own_rig import my_rig
-from .judging import compare, judged, not_callable, on
+from .acceptance import fallen, first_state, remembers_in_self
+from .judging import compare, not_callable, on
 
 REST = 0.005  # rad
 BALANCED, SETTLED = 5.0, 4.0  # s
@@ -24,24 +25,15 @@ def papers(rig):
 
 
 @on("double")
-@judged
 def exercise_1(make, rig=None):
     """The smallest controller: the interface, a correction, and five seconds on the ideal rig."""
     yield not_callable(make, "your class")
-    controller = make(rig)
     y = np.array([0.01, -0.02, 0.0])
-    begin = _begin(controller, np.array([*y[:2], 0.0, 0.0]))
-    first = _voltage(controller, begin, y)
-    controller.step(begin, y + 0.01, 0.0)
-    if first != _voltage(controller, begin, y):
-        yield (
-            "Equal calls of step gave different voltages: keep what must be remembered in the state "
-            "that step returns, not in self."
-        )
-    run = simulate(rig, controller, BALANCED, initial=bench_start(rig))
+    yield remembers_in_self(make(rig), np.array([*y[:2], 0.0, 0.0]), y, 1)
+    run = simulate(rig, make(rig), BALANCED, initial=bench_start(rig))
     if run.fell:
         late = "sign of u = -F x?" if run.fell_at < 1 else "rates: are they in rad/s?"
-        yield f"On the ideal rig it falls after {run.fell_at:.2f} s. Check the {late}"
+        yield f"{fallen(run, 'On the ideal rig')} Check the {late}"
     left = np.abs(run.angles[run.t > SETTLED]).max()
     if left > REST:
         yield (
@@ -56,11 +48,6 @@ def exercise_1(make, rig=None):
     return "The bench takes it."
 
 
-def _begin(controller, x0):
-    start = getattr(controller, "start", None)
-    return None if start is None else start(x0)
-
-
 def _never_corrects(controller, rig, step=1e-4):
     """Whether the fourth rate follows from the model alone.
 
@@ -68,7 +55,7 @@ def _never_corrects(controller, rig, step=1e-4):
     voltages there and after one more sample give away F, and with it the next voltage.
     """
     model, y = sample(linearize(rig), controller.dt), step * np.array([0.0, 1.0, 0.0])
-    _, state = controller.step(_begin(controller, np.zeros(4)), 0 * y, 0.0)
+    _, state = controller.step(first_state(controller, np.zeros(4)), 0 * y, 0.0)
     volts = []
     for _ in range(3):
         u, state = controller.step(state, y, 0.0)
@@ -80,71 +67,61 @@ def _never_corrects(controller, rig, step=1e-4):
     return bool(np.isclose(volts[2], foretold, rtol=1e-6, atol=0))
 
 
-def _voltage(controller, state, y):
-    u, _ = controller.step(state, y.copy(), 0.0)
-    u = np.atleast_1d(np.asarray(u, dtype=float))
-    if u.shape != (1,) or not np.isfinite(u[0]):
-        raise ValueError(f"step must return (one finite voltage, next state), found {u}.")
-    return float(u[0])
-
-
 @on("double")
-@judged
 def exercise_2(function, rig=None):
     """The formula of the score, on runs that stand and on one that falls."""
     yield not_callable(function, "your function points(run)")
-    tasks = rounds(rig)
-    controller = papers(rig)
-    fallen = simulate(rig, controller, 8.0, initial=[0.6, 0.3])
-    for name, run in (
-        ("the first round", play(controller, rig, tasks[0])),
-        ("the last round", play(controller, rig, tasks[-1])),
-        ("a run that falls", fallen),
-    ):
-        angles = np.sqrt(np.mean(run.angles**2)) / 0.05
-        volts = np.sqrt(np.mean(run.u**2))
-        deviation = np.std(run.angles) / 0.05
-        mistakes = [] if run.fell else [
-            (50 + 50 / (1 + angles + volts), "Voltages count in units of u_max."),
-            (50 + 50 / (1 + angles), "The voltages are missing."),
-            (50 + 50 / (1 + deviation + volts / rig.u_max[0]), "RMS, not the standard deviation: an "
-             "angle that is constantly wrong counts too."),
-        ]  # fmt: skip
-        yield compare(f"points of {name}", function(run), points(run), mistakes, 1e-6)
+    tasks, controller = rounds(rig), papers(rig)
+    runs = {
+        "the first round": play(controller, rig, tasks[0]),
+        "the last round": play(controller, rig, tasks[-1]),
+        "a run that falls": simulate(rig, controller, 8.0, initial=[0.6, 0.3]),
+    }
+    for name, run in runs.items():
+        yield compare(f"points of {name}", function(run), points(run), _formulas(run), 1e-6)
     return "You know what you play for."
 
 
+def _formulas(run):
+    if run.fell:
+        return
+    angles, volts = (np.sqrt(np.mean(x**2)) for x in (run.angles, run.u))
+    yield 50 + 50 / (1 + angles / 0.05 + volts), "Voltages count in units of u_max."
+    yield 50 + 50 / (1 + angles / 0.05), "The voltages are missing."
+    constant = "RMS, not the standard deviation: an angle that is constantly wrong counts too."
+    yield 50 + 50 / (1 + np.std(run.angles) / 0.05 + volts / run.rig.u_max[0]), constant
+
+
 @on("double")
-@judged
 def exercise_3(make, season=1, rig=None):
     """The contest: so many points above the paper's controller."""
     yield not_callable(make, "your class")
-    score = contest(make, rig, season)
+    score, needed = contest(make, rig, season), contest(papers, rig, season).total + AHEAD
     if score.reason:
         yield f"Score 0: {score.reason}"
-    needed = contest(papers, rig, season).total + AHEAD
     if score.total < needed:
         falls = f" It falls in {score.falls} of 8 rounds." if score.falls else ""
         worst = int(np.argmin([entry.points for entry in score.rounds]))
         yield (
-            f"Your score is {score.total:.1f}, {needed:.1f} is asked for.{falls} The worst round is "
-            f"number {worst + 1}: look at its run, and at whether angles or volts cost more there."
+            f"Your score is {score.total:.1f}, {needed:.1f} is asked for.{falls} The worst round "
+            f"is number {worst + 1}: look at its run, and at whether angles or volts cost more "
+            "there."
         )
     return f"Your score is about {score.total:.0f}."
 
 
 @on("double")
-@judged
 def exercise_4(make, season=1, least_margin=None, rig=None):
     """Robust: on pendulums that the controller is not told about, in the season after."""
     yield not_callable(make, "your class")
     yield _wrong_margin(least_margin, make(rig), rig)
     neighbours = [dict(rig=rig, season=season + 1, plant=my_rig(who)) for who in OTHERS]
-    mine = [contest(make, **neighbour) for neighbour in neighbours]
+    mine, theirs = (
+        [contest(one, **neighbour) for neighbour in neighbours] for one in (make, papers)
+    )
     for score in mine:
         if score.reason:
             yield f"On a neighbour's pendulum: {score.reason}"
-    theirs = [contest(papers, **neighbour) for neighbour in neighbours]
     falls, allowed = (sum(score.falls for score in scores) for scores in (mine, theirs))
     if falls > allowed:
         yield (
@@ -169,17 +146,13 @@ def _wrong_margin(answer, controller, rig):
         return None  # all of it is the student's own: only they know what is linear in it
     if answer is None:
         return "Your class wraps a controller of the package: least_margin is its modulus margin."
-    plant = linearize(rig)
-    real, ideal = (
-        sample(with_filters(plant, rig.filters), controller.dt),
-        sample(plant, controller.dt),
+    ideal = linearize(rig)
+    real, without = (
+        margins(open_loop(inside[0], sample(plant, controller.dt)))
+        for plant in (with_filters(ideal, rig.filters), ideal)
     )
-    found, without = (margins(open_loop(inside[0], model)) for model in (real, ideal))
-    down = (found.gain_up, "That is a gain margin; the modulus margin is the distance from -1.")
-    return compare(
-        "least_margin",
-        answer,
-        found.modulus,
-        [(without.modulus, "That is without filters; put them in."), down],
-        tolerance=1e-2,  # two digits
-    )
+    mistakes = [
+        (without.modulus, "That is without filters; put them in."),
+        (real.gain_up, "That is a gain margin; the modulus margin is the distance from -1."),
+    ]
+    return compare("least_margin", answer, real.modulus, mistakes, 1e-2)  # two digits

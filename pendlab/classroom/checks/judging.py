@@ -120,7 +120,7 @@ def _compare(name, answer, truth, mistakes, tolerance, praise, each):
 
 
 def close(answer, truth, tolerance, each=False):
-    """Within `tolerance` of the truth, relative to its largest (or each) entry; never of infinity."""
+    """Within `tolerance` of a finite truth, relative to its largest (or each) entry."""
     if not np.all(np.isfinite(truth)):
         return False
     scale = np.abs(truth) if each else np.max(np.abs(truth), initial=0)
@@ -149,7 +149,7 @@ def asks(name, judge=compare, **how):
 
     The function gets the rig and yields rows of a value and a sentence: first the right value with
     its praise (None: the usual one), then what each usual mistake would give, with its hint. Rows
-    are computed until one fits. `name` and `how` go to `judge`, with its first arguments `compare`'s.
+    are computed until one fits. `judge` gets what `compare` gets, with `how`.
     """
 
     def decorate(table):
