@@ -1076,14 +1076,15 @@ WRONG = {
     ],
     "hw6.3": [
         (lambda: ([29.0, 0.044, 0.054], "stable"), "predicted"),
-        (lambda: (cycle(), "unstable"), "stiffer"),
+        (lambda: (cycle(), "unstable"), "too large"),
     ],
     "hw6.4": [
         (lambda: np.array([2 * np.pi, 1]) * hw6.measured(soft_run()), "hertz"),
         (lambda: np.array([2, 1]) * hw6.measured(soft_run()), "upward crossings"),
     ],
     "hw6.5": [
-        (lambda: (hw6.reference(own()), 0.0), "teeth"),
+        (lambda: (hw6.reference(own()), 0.0), "time constant"),
+        (lambda: (own_design("hw6.5")[0], 0.0), "teeth"),
         (lambda: (hw6.reference(own()), 0.3), "at most"),
     ],
     "hw7.1": [

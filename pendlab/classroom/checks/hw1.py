@@ -20,6 +20,7 @@ from .judging import asks, not_callable, on
 
 PASS = 1e-3  # s, the paper's steps 1 to 6 for the triple
 LOAD, HUM_HZ, HUM, HUM_VOLTS, LOWEST, MARGIN = 0.2, 50.0, 1e-3, 1.0, 5.0, 0.25
+CROSSOVER = 2.5  # Hz
 FURTHER, LASTING, REST = 1.05, 6.0, 0.05  # s, rad: the lean and the period to within 5 %
 SMOOTHING = 3  # factor by which the motors' filters weaken the sampling frequency
 WEAKENED = 1.5  # factor by which each sensor's filter weakens the hum
@@ -34,7 +35,7 @@ def exercise_1(rig):
         np.array([rig.filters.input_hz[1], rig.filters.output_hz[2]]),
     )
     truth = np.array([hold, *(1 / (2 * np.pi * cuts))])
-    yield truth, "Now count them in degrees at 2.5 Hz."
+    yield truth, f"Now count them in degrees at {CROSSOVER:g} Hz."
     mean = "The hold delays by less than a whole period: think of the staircase's mean."
     yield [2 * hold, *truth[1:]], mean
     hertz = "The cut-offs are in hertz; arctan(w/w_c) needs rad/s for both."

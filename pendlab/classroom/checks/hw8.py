@@ -14,6 +14,7 @@ POSE = (0.1, -0.1)  # rad, theta2 - theta1 and theta3 - theta2
 STEPS = ((0.1, 0.0), (0.0, 0.1), (0.1, -0.1))
 BAND, SECONDS, CROSSTALK, MARGIN = 0.01, 2.0, 0.0115, 0.45
 PERIOD, SWING = 12.0, 0.15  # s, rad: a wave of both attitudes
+LENGTH = 2 * PERIOD
 FOLLOWS = 0.03
 BOW = (0.6, 0.5)
 
@@ -156,9 +157,9 @@ def wave(t):
 def exercise_5(design, reference, rig=None):
     """Follow a wave: error of both attitudes, with a reference of the student's own making."""
     yield _linear_shortfall(design, rig)
-    t = design.dt * np.arange(round(2 * PERIOD / design.dt) + 1)
+    t = design.dt * np.arange(round(LENGTH / design.dt) + 1)
     rows = array("reference", reference, (len(t), 2))
-    run = simulate(rig, design.controller, 2 * PERIOD, reference=rows, imperfections=REAL)
+    run = simulate(rig, design.controller, LENGTH, reference=rows, imperfections=REAL)
     if run.fell:
         yield f"It falls after {run.fell_at:.2f} s."
     error = np.abs(run.angles[:, 1:] - wave(t))[t > PERIOD].max()
