@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pendlab as pl
-from pendlab.figures import evidence, experiments
+from pendlab.figures import evidence
 from pendlab.paper import changes, words
 from pendlab.paper.experiment import FIGURES, bench_run, extremes, tick_intervals
 from pendlab.parameters import DATA
@@ -229,7 +229,7 @@ def test_figures_have_bands_ticks_and_one_run(number, bands):
 
 def test_a_run_of_ones_own_moves_through_the_figure():
     one, two = pl.bench_ensemble("double", 2)
-    fig = experiments.fig17(one)
+    fig = pl.figure(17, one)
     before = fig.axes[0].lines[0].get_ydata().copy()
     fig.update(two)
     assert not np.array_equal(before, fig.axes[0].lines[0].get_ydata())

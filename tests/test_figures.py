@@ -175,7 +175,7 @@ def test_third_turn_of_rd2_is_the_integrators(triple):
     slow = min(np.linalg.eigvals(closed), key=lambda z: abs(z - 1))
     assert slow.imag == 0 and 1 + 5e-6 < slow.real < 1 + 2e-5
     assert encirclements(broken_at(triple.nominal_loop, 1)).turns == 3
-    assert f"{slow.real:.7f}" in loops.fig11().caption
+    assert f"{slow.real:.7f}" in pl.figure(11).caption
 
 
 # Root locus

@@ -6,8 +6,8 @@ writes it as PNG and SVG.
 
 import html
 import re
+from numbers import Integral
 
-import numpy as np
 from matplotlib.figure import Figure
 
 from .._arguments import found, instance, text
@@ -20,7 +20,7 @@ from .style import new_figure
 
 __all__ = ["figure", "new_figure", "save", "show"]
 
-# Number -> the function that draws it and the paper's rig for it.
+# Number -> the function that draws it; of a rig, also the paper's rig for it.
 OF_A_RIG = {
     1: (apparatus.apparatus, "triple"),
     2: (schematics.schematic, "double"),
@@ -29,17 +29,13 @@ OF_A_RIG = {
 }
 OF_NOTHING = {5: blocks.observer_blocks, 9: blocks.triple_loops}
 OF_A_DESIGN = {
-    6: loops.fig6,
-    7: loops.fig7,
-    8: loops.fig8,
-    10: loops.fig10,
-    11: loops.fig11,
-    12: loops.fig12,
-    13: loops.fig13,
-    14: loops.fig14,
+    6: loops.locus_figure,
+    **dict.fromkeys((7, 13), loops.whole_figure),
+    8: loops.observers_figure,
+    **dict.fromkeys((10, 11, 12), loops.near_figure),
+    14: loops.sigma_figure,
 }
-
-OF_A_RUN = {15: experiments.fig15, 16: experiments.fig16, 17: experiments.fig17}
+OF_A_RUN = (15, 16, 17)
 
 
 def figure(number, design=None, **options):
@@ -60,8 +56,7 @@ def figure(number, design=None, **options):
     >>> figure(5).caption[:6]
     'Fig 5.'
     """
-    whole = isinstance(number, (int, np.integer)) and not isinstance(number, bool)
-    if not whole or number not in numbers():
+    if not isinstance(number, Integral) or isinstance(number, bool) or number not in numbers():
         known = ", ".join(map(str, numbers()))
         raise ValueError(
             f"number: expected a figure of the paper, one of {known}, {found(number)}."
@@ -74,10 +69,10 @@ def figure(number, design=None, **options):
     if number in OF_NOTHING:
         return OF_NOTHING[number](**options)
     if number in OF_A_DESIGN:
-        return OF_A_DESIGN[number](design, **options)
+        return OF_A_DESIGN[number](number, design, **options)
     if design is not None:
         instance("design", design, Run, "pl.simulate(...)")
-    return OF_A_RUN[number](design, **options)
+    return experiments.experiment(number, design, **options)
 
 
 def numbers():
@@ -92,13 +87,7 @@ def show(fig):
     instance("fig", fig, Figure, "pl.new_figure()")
     caption = getattr(fig, "caption", "")
     alt = getattr(fig, "alt", "")
-    picture = style.small_png(fig)
-    bundle = {
-        "text/html": style.image_html(picture, alt or caption),
-        "image/png": picture,
-        "text/plain": caption,
-    }
-    display(bundle, raw=True)
+    display(style.bundle(fig), raw=True)
     words = re.sub(r"^(Fig \d+\.)", r"**\1**", caption)
     folded = f"<details><summary>Description</summary>{html.escape(alt)}</details>" if alt else ""
     if words or folded:

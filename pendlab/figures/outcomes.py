@@ -1,21 +1,29 @@
-"""Outcomes in words, for the captions of widgets: margins, stability, gains, runs."""
+"""Outcomes in words and tables, for the captions of widgets: margins, stability, gains, runs."""
 
 import numpy as np
 
 from .style import angle_name
 
 
+def _readings(curve):
+    """(state, gain down, gain up, phase, distance) of a `Nyquist` curve as text, "" where none is."""
+    if not curve.count.stable:
+        return f"UNSTABLE, {curve.count.unstable_closed}", "", "", "", ""
+    m, near = curve.margins, f"{curve.distance:.3g}"
+    if m is None:
+        return "stable", "", "", "", near
+    up = f"{m.gain_up:.3g}" if np.isfinite(m.gain_up) else "∞"
+    return "stable", f"×{m.gain_down:.2g}", up, f"{np.degrees(m.phase):.1f}°", near
+
+
 def margins_in_words(curve):
     """Stability, margins and distance from the critical point of a `Nyquist` curve, in short."""
-    if not curve.count.stable:
-        count = curve.count.unstable_closed
-        return f"UNSTABLE, {count} eigenvalue{'s' * (count != 1)} outside the unit circle"
-    near = f"distance {curve.distance:.3g}"
-    if curve.margins is None:
-        return f"stable, {near}"
-    m = curve.margins
-    up = f"{m.gain_up:.3g}" if np.isfinite(m.gain_up) else "∞"
-    return f"stable, gain ×{m.gain_down:.2g}–{up}, phase {np.degrees(m.phase):.1f}°, {near}"
+    state, down, up, phase, near = _readings(curve)
+    if not near:
+        several = "s" * (curve.count.unstable_closed != 1)
+        return f"{state} eigenvalue{several} outside the unit circle"
+    margins = f", gain {down}–{up}, phase {phase}" if phase else ""
+    return f"{state}{margins}, distance {near}"
 
 
 def loops_table(pairs):
@@ -23,27 +31,20 @@ def loops_table(pairs):
     rows = [["loop", "filters", "closed loop", "gain may go", "phase", "distance from −1"]]
     for name, curves in pairs.items():
         for filters, curve in zip(("without", "with"), curves, strict=True):
-            m, near = curve.margins, f"{curve.distance:.3g}"
-            if not curve.count.stable:
-                out = curve.count.unstable_closed
-                rows.append([name, filters, f"UNSTABLE, {out} outside the circle", "", "", ""])
-            elif m is None:
-                rows.append([name, filters, "stable", "", "", near])
-            else:
-                up = f"{m.gain_up:.3g}" if np.isfinite(m.gain_up) else "∞"
-                gain, phase = f"×{m.gain_down:.2g} to ×{up}", f"{np.degrees(m.phase):.1f}°"
-                rows.append([name, filters, "stable", gain, phase, near])
+            state, down, up, phase, near = _readings(curve)
+            gain, outside = f"{down} to ×{up}" if phase else "", " outside the circle"
+            rows.append([name, filters, state if near else state + outside, gain, phase, near])
     return rows
 
 
 def loops_verdict(curves):
     """(word, good) of one loop's `Nyquist` curves without and with filters."""
-    without, with_ = (curve.count.stable for curve in curves)
-    if without and with_:
+    unstable = [
+        where for where, curve in zip(("without", "with"), curves) if not curve.count.stable
+    ]
+    if not unstable:
         return "stable", True
-    if without:
-        return "UNSTABLE with filters", False
-    return ("UNSTABLE without filters" if with_ else "UNSTABLE"), False
+    return "UNSTABLE" + (f" {unstable[0]} filters" if len(unstable) == 1 else ""), False
 
 
 def run_verdict(run):
@@ -68,27 +69,41 @@ def rows_in_words(matrix):
     return "[" + "; ".join(rows) + "]"
 
 
+def _largest(run, start, rough=False):
+    """Largest angles (rad) and voltages (V) of a run from `start` (s) on, as text."""
+
+    def sizes(values, digits):
+        for size in np.abs(values[run.t >= start]).max(axis=0, initial=0):
+            yield f"{size:{'.1g' if size < 1 else '.0f'}}" if rough else f"{size:.{digits}f}"
+
+    return [*sizes(run.angles, 3)], [*sizes(run.u, 2)]
+
+
 def run_in_words(run, start=0.0):
     """Whether a run stays up, and its largest signals from `start` (s) on; of chaos one digit."""
     if run.fell:
         return f"The pendulum falls at {run.fell_at:.2f} s."
-    late = run.t >= start
     chaotic = np.any(run.imperfections.gap) or np.any(run.imperfections.gear_friction)
-
-    def largest(values, digits):
-        size = np.abs(values[late]).max()
-        return f"{size:{'.1g' if size < 1 else '.0f'}}" if chaotic else f"{size:.{digits}f}"
-
-    angles = ", ".join(
-        f"{angle_in_words(i + 1)} {largest(column, 3)}" for i, column in enumerate(run.angles.T)
-    )
-    volts = ", ".join(largest(column, 2) for column in run.u.T)
-    at_limit = run.saturated.max()
-    limit = f" At the voltage limit for {at_limit:.1%} of the samples." if at_limit else ""
+    angles, volts = _largest(run, start, rough=chaotic)
+    angles = ", ".join(f"{angle_in_words(i)} {size}" for i, size in enumerate(angles, 1))
     return (
-        f"It stays up. Largest from {start:g} s to {run.t[-1]:g} s: {angles} rad; voltage {volts} V."
-        f"{limit}"
+        f"It stays up. Largest from {start:g} s to {run.t[-1]:g} s: {angles} rad; "
+        f"voltage {', '.join(volts)} V.{limit_in_words(run)}"
     )
+
+
+def limit_in_words(run):
+    """How often the voltages were at their limit, if at all."""
+    share = run.saturated.max()
+    return f" At the voltage limit for {share:.1%} of the samples." if share else ""
+
+
+def run_table(run, start=0.0):
+    """Largest signals of a run from `start` (s) on, as rows of a table; heads first."""
+    angles, volts = _largest(run, start)
+    heads = [f"{angle_in_words(i)}, rad" for i in range(1, len(angles) + 1)]
+    heads += [f"u{i}, V" for i in range(1, len(volts) + 1)]
+    return [["largest", *heads], [f"from {start:g} s to {run.t[-1]:.4g} s", *angles, *volts]]
 
 
 def short(value):
@@ -98,16 +113,6 @@ def short(value):
     ('1230', '0.0342')
     """
     return np.format_float_positional(value, 3, unique=False, fractional=False, trim="-")
-
-
-def run_table(run, start=0.0):
-    """Largest signals of a run from `start` (s) on, as rows of a table; heads first."""
-    late = run.t >= start
-    angles = [f"{angle_in_words(i + 1)}, rad" for i in range(run.rig.n_links)]
-    volts = [f"u{i + 1}, V" for i in range(run.rig.n_motors)]
-    sizes = [f"{np.abs(column[late]).max(initial=0):.3f}" for column in run.angles.T]
-    sizes += [f"{np.abs(column[late]).max(initial=0):.2f}" for column in run.u.T]
-    return [["largest", *angles, *volts], [f"from {start:g} s to {run.t[-1]:.4g} s", *sizes]]
 
 
 def angle_in_words(i):

@@ -165,12 +165,7 @@ class CaptionedFigure(Figure):
     alt = ""
 
     def _repr_mimebundle_(self, include=None, exclude=None):
-        picture = small_png(self)
-        return {
-            "text/html": image_html(picture, self.alt or self.caption),
-            "image/png": picture,
-            "text/plain": self.caption,
-        }
+        return bundle(self)
 
 
 @styled()
@@ -242,6 +237,16 @@ def small_png(fig, moving=(), colors=128):
     buffer = io.BytesIO()
     pixels.save(buffer, "PNG", optimize=True)
     return buffer.getvalue()
+
+
+def bundle(fig):
+    """What a notebook shows of a figure: picture with alternative text, caption as plain text."""
+    picture, caption = small_png(fig), getattr(fig, "caption", "")
+    return {
+        "text/html": image_html(picture, getattr(fig, "alt", "") or caption),
+        "image/png": picture,
+        "text/plain": caption,
+    }
 
 
 def image_html(picture, alt, kind="image/png", width=None):

@@ -12,6 +12,7 @@ from ..bench.simulation import Run
 from ..paper.experiment import signals
 from ..studies.pushes import Admissible
 from .style import angle_name, describe, look, new_figure, styled
+from .updates import moving
 
 # Panel -> what it shows; the letters of the paper's figures in this order.
 LABELS = {
@@ -33,26 +34,30 @@ def draw_traces(ax, run, panel, window=None, frame=None):
     one_of("panel", panel, signals(run))
     frame = None if frame is None else interval("frame", frame)
     window = None if window is None else interval("window", window)
-    lines = {name: ax.plot([], [], **look(name))[0] for name in signals(run)[panel]}
+    names = list(signals(run)[panel])
     ax.set(xlabel="time, s", ylabel=LABELS[panel])
     if frame is not None:
         ax.set_ylim(frame)
     if window is not None:
         ax.set_xlim(window)
+
+    def traces(run):
+        return [(run.t, trace) for trace in signals(run)[panel].values()]
+
+    move = moving(ax, [look(name) for name in names], run, traces)
     ax.axhline(0, color="0.7", linewidth=0.8, zorder=0)
 
     def update(run):
-        for name, trace in signals(run)[panel].items():
-            lines[name].set_data(run.t, trace)
+        lines = move(run)
         if frame is None or window is None:
             ax.relim()
             ax.autoscale_view(scalex=window is None, scaley=frame is None)
-        return tuple(lines.values())
+        return lines
 
     update(run)
-    if len(lines) > 1:
+    if len(names) > 1:
         # Above the frame, beside a title at the left, where it hides no trace.
-        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.1, ncols=len(lines),
+        ax.legend(loc="lower right", bbox_to_anchor=(1, 1), borderaxespad=0.1, ncols=len(names),
                   handlelength=1.6, columnspacing=1.0, frameon=False)  # fmt: skip
     return update
 
@@ -82,25 +87,26 @@ def compare(runs, panel="a", window=None, frame=None, own_axes=False):
         legend.remove()  # the first with most curves stays
     axes[-1].set_xlabel("time, s")
     fig.supylabel(LABELS[panel])
-    start, stop = (0, np.inf) if window is None else window
-    sizes = {}
-    for name, run in runs.items():
-        within = (run.t >= start) & (run.t <= stop)
-        sizes[name] = max(np.abs(s[within]).max(initial=0) for s in signals(run)[panel].values())
     # One digit: in a gap the motion is chaotic, and another machine finds other ones.
+    sizes = {name: format(_largest(run, panel, window), ".1g") for name, run in runs.items()}
     words = "; ".join(
-        f"{name} {'falls' if runs[name].fell else format(size, '.1g')}"
-        for name, size in sizes.items()
+        f"{name} {'falls' if run.fell else '' if own_axes else sizes[name]}".strip()
+        for name, run in runs.items()
     )
+    caption = f"Largest value in each row, to one digit ({LABELS[panel]}): {words}."
     if own_axes:
-        words = "; ".join(name + (" falls" if run.fell else "") for name, run in runs.items())
         caption = f"Each row has its own axis ({LABELS[panel]})."
-    else:
-        caption = f"Largest value in each row, to one digit ({LABELS[panel]}): {words}."
     axes = "axes of their own" if own_axes else "equal axes"
     return describe(
         fig, caption, f"{len(runs)} rows of traces over time with {axes}, {LABELS[panel]}: {words}."
     )
+
+
+def _largest(run, panel, window):
+    """Largest absolute value of a panel's traces within a window."""
+    start, stop = (0, np.inf) if window is None else window
+    within = (run.t >= start) & (run.t <= stop)
+    return max(np.abs(trace[within]).max(initial=0) for trace in signals(run)[panel].values())
 
 
 def _short(map_, ideal):
@@ -131,17 +137,11 @@ def pushes_figure(maps):
     ax = fig.subplots()
     for style, (name, found_) in zip(styles, maps.items()):
         for i, heights in enumerate(found_.heights):
-            ax.loglog(
-                1000 * found_.lengths,
-                heights,
-                style,
-                marker="o",
-                # Curves that coincide are all seen: the lower link's is the broadest, underneath.
-                linewidth=max(1.2, 4.5 - 1.5 * i),
-                markersize=max(3, 9 - 2.5 * i),
-                color=look(angle_name(i + 1))["color"],
-                label=f"link {i + 1}, {name}",
-            )
+            # Curves that coincide are all seen: the lower link's is the broadest, underneath.
+            broad = dict(linewidth=max(1.2, 4.5 - 1.5 * i), markersize=max(3, 9 - 2.5 * i))
+            color, label = look(angle_name(i + 1))["color"], f"link {i + 1}, {name}"
+            ax.loglog(1000 * found_.lengths, heights, style, marker="o", color=color, label=label,
+                      **broad)  # fmt: skip
     ax.set(xlabel="length of the pulse, ms", ylabel="largest height recovered, N m (forces: N)")
     ax.legend(ncols=len(maps))
     first = next(iter(maps.values()))

@@ -10,7 +10,7 @@ from ..paper.ledger import published
 from .frequency import HZ, decibels
 
 
-def words6(data, design):
+def of_locus(data, design):
     """Root locus over k_p."""
     at, n = int(np.argmin(np.abs(data.kps - data.kp))), len(data.marked)
     outside = data.outside(published("fig6.frame").values)
@@ -34,7 +34,7 @@ def words6(data, design):
     )
 
 
-def words_turns(data, name):
+def of_turns(data, name):
     """A full Nyquist curve."""
     turns, poles, closed = data.count
     if closed == 0:
@@ -57,7 +57,7 @@ def words_turns(data, name):
     )
 
 
-def words8(curves, *designs):
+def _of_8(curves, *designs):
     """Loop gain at one input, nominal and with filters for one or two observers."""
     nominal, *filtered = curves
     each = "; ".join(
@@ -76,7 +76,7 @@ def words8(curves, *designs):
     )
 
 
-def words10(curves, design):
+def _of_10(curves, design):
     """rd1 - 1 without and with filters."""
     far = curves[1].distance > 0.5
     lead = "Broken at input 1, the loop keeps well away from -1" if far else "Broken at input 1"
@@ -89,7 +89,7 @@ def words10(curves, design):
     )
 
 
-def words11(curves, design):
+def _of_11(curves, design):
     """rd2 - 1 without and with filters, and where its turns come from."""
     nominal, filtered = curves
     lead = "Broken at input 2: with the filters "
@@ -126,7 +126,7 @@ def _turns_at_input_2(nominal, design):
     return text + "."
 
 
-def words12(curves, design):
+def _of_12(curves, design):
     """det(I + P G) without and with filters."""
     near = curves[1].distance < curves[0].distance
     lead = "the filters bring it nearer" if near else "with the filters"
@@ -137,7 +137,7 @@ def words12(curves, design):
     )
 
 
-def words14(curves, design):
+def of_sigma(curves, design):
     """Smallest singular value of I + P G without and with filters."""
     low = [f"{decibels(c.lowest):.1f} dB at {c.lowest_omega / HZ:.2f} Hz" for c in curves]
     return (
@@ -148,6 +148,9 @@ def words14(curves, design):
         f"{0.5 / design.dt:g} Hz. Without filters the lowest point is {low[0]}, with filters "
         f"{low[1]}.",
     )
+
+
+OF_FIGURE = {8: _of_8, 10: _of_10, 11: _of_11, 12: _of_12}  # near the critical point
 
 
 def is_papers(design, name, observer=1):
