@@ -5,6 +5,7 @@ from label to `Design` and have ``fig.update(designs)`` for as many others.
 """
 
 import numpy as np
+from matplotlib.colors import ListedColormap
 
 from .._arguments import found, number, whole
 from ..design import Design
@@ -12,13 +13,13 @@ from ..loop import frequency_response
 from ..studies.transmission import closed_loop, peak_gain
 from .frequency import HZ
 from .style import COLORS, angle_name, look, new_figure, styled
-from .updates import live, part
+from .updates import live, moving, part
 
 STROKES = ("--", "-", ":", "-.")  # one for each design; the colour says which signal
 
 
 def gains(design, hz):
-    """Gains over frequency with filters: (name, look, values) of both panels.
+    """Gains over frequency with filters: of noise, of torques, and the torques' peaks.
 
     Noise: sqrt(sum of |readings -> u_i|^2), in shares of u_max per rad (rad/s). Torque: length of the
     vector of relative angles per N m on link i.
@@ -32,39 +33,33 @@ def gains(design, hz):
     return noise.T, torque.T, peaks
 
 
-def draw_transmission(ax, hz, curves, names, labels):
-    """Curves over frequency on two logarithmic axes.
+def draw_transmission(ax, hz, looks, data):
+    """Curves over frequency on two logarithmic axes, in one of `looks` for each signal.
 
-    Parameters
-    ----------
-    curves : for every design an array (signals, len(hz))
-    names : looks of the signals; labels : names of the designs
-
-    Returns
-    -------
-    update(curves)
+    `data` are the names of the designs and for each an array (signals, len(hz)). Returns
+    update(data).
     """
-    lines = []
-    for values, stroke in zip(curves, STROKES):
-        styles = [look(name, linestyle=stroke) for name in names]
-        lines.append([ax.loglog(hz, row, **style)[0] for row, style in zip(values, styles)])
-    for line in (line for group in lines for line in group):
-        line.set_label("_")
-    signals = [ax.plot([], [], **look(name, linestyle="-"))[0] for name in names]
-    designs = [
-        ax.plot([], [], color=COLORS["grey"], linestyle=stroke, label=label)[0]
-        for label, stroke in zip(labels, STROKES)
-    ]
-    ax.set(xlabel="frequency, Hz", xlim=(hz[0], hz[-1]))
-    ax.legend(handles=signals + designs, loc="best")
+    strokes = STROKES[: len(data[0])]
+    ax.set(xscale="log", yscale="log", xlabel="frequency, Hz", xlim=(hz[0], hz[-1]))
+    styles = [{**look, "linestyle": stroke} for stroke in strokes for look in looks]
 
-    def update(curves):
-        for group, values in zip(lines, curves, strict=True):
-            for line, row in zip(group, values, strict=True):
-                line.set_ydata(row)
+    def rows(data):
+        return [(hz, row) for values in data[1] for row in values]
+
+    move = moving(ax, styles, data, rows)
+    grey = [dict(color=COLORS["grey"], linestyle=stroke) for stroke in strokes]
+    handles = [ax.plot([], [], **look)[0] for look in [*looks, *grey]]
+    names = [*(look["label"] for look in looks), *data[0]]
+    texts = ax.legend(handles, names, loc="best").get_texts()[len(looks) :]
+
+    def update(data):
+        move(data)
         ax.relim()
         ax.autoscale_view(scalex=False)
+        for text, label in zip(texts, data[0], strict=True):
+            text.set_text(label)
 
+    update(data)
     return update
 
 
@@ -74,30 +69,25 @@ def transmission_figure(designs, points=400):
     count, first = len(_each_design(designs)), next(iter(designs.values()))
     n, m = first.rig.n_links, first.rig.n_motors
     hz = np.geomspace(0.01, 0.5 / first.dt, whole("points", points, least=2, most=100_000))
-    voltages, links = [f"u{i + 1}" for i in range(m)], [angle_name(i + 1) for i in range(n)]
+    voltages = [look(f"u{i}", linestyle="-") for i in range(1, m + 1)]
+    torques = [
+        look(angle_name(i), linestyle="-", label=f"torque on link {i}") for i in range(1, n + 1)
+    ]
     fig = new_figure(10, 4.2)
     left, right = fig.subplots(1, 2)
 
     def compute(designs):
         designs = _each_design(designs, count=count)
-        return [*zip(*(gains(design, hz) for design in designs.values())), list(designs)]
+        noise, torque, peaks = zip(*(gains(design, hz) for design in designs.values()))
+        return (list(designs), noise), (list(designs), torque), peaks
 
     def draw(data):
-        moves = [
-            part(draw_transmission(left, hz, data[0], voltages, designs), 0),
-            part(draw_transmission(right, hz, data[1], links, designs), 1),
-        ]
-        for text, i in zip(right.get_legend().get_texts(), range(n)):
-            text.set_text(f"torque on link {i + 1}")
         left.set(title="noise to voltages", ylabel="share of the limit per rad")
         right.set(title="torque to angles", ylabel="rad per N m")
-
-        def rename(data):
-            for ax in (left, right):
-                for text, label in zip(ax.get_legend().get_texts()[-count:], data[3], strict=True):
-                    text.set_text(label)
-
-        return [*moves, rename]
+        return [
+            part(draw_transmission(left, hz, voltages, data[0]), 0),
+            part(draw_transmission(right, hz, torques, data[1]), 1),
+        ]
 
     def say(data, designs):
         each = "; ".join(
@@ -121,23 +111,24 @@ def largest_eigenvalue(loop, factors):
     return np.abs(np.linalg.eigvals(loop.A - BgC)).max(axis=1).reshape(g1.shape)
 
 
-def draw_gain_region(ax, factors, stable):
-    """Which pairs of gain factors keep the loop stable; ``update(stable)`` with booleans (g2, g1)."""
-    from matplotlib.colors import ListedColormap
+def draw_gain_region(ax, factors, data):
+    """Which pairs of gain factors keep a loop stable; `data` are its name and booleans (g2, g1).
 
+    Returns update(data).
+    """
     colors = ListedColormap([COLORS["pale"], COLORS["sky"]])
-    mesh = ax.pcolormesh(
-        factors, factors, stable.astype(float), cmap=colors, vmin=0, vmax=1, shading="nearest"
-    )
+    mesh = ax.pcolormesh(factors, factors, data[1], cmap=colors, vmin=0, vmax=1, shading="nearest")
     ax.plot([1], [1], **look("critical", label="as designed"))
     ax.set(xscale="log", yscale="log", xlabel="factor at input 1", ylabel="factor at input 2")
     ax.set_aspect("equal")
     ax.grid(False)
     ax.legend(loc="upper left")
 
-    def update(stable):
-        mesh.set_array(stable.astype(float))
+    def update(data):
+        ax.set_title(data[0])
+        mesh.set_array(data[1])
 
+    update(data)
     return update
 
 
@@ -149,30 +140,23 @@ def gain_region_figure(designs, points=61, reach=10.0):
     points = whole("points", points, least=2, most=501)
     factors = np.geomspace(1 / reach, reach, points)  # an odd count has 1 among them
     fig = new_figure(4.6 * count, 4.4)
-    axes = np.ravel(fig.subplots(1, count))
+    axes = fig.subplots(1, count, squeeze=False)[0]
 
     def compute(designs):
-        return {
-            label: largest_eigenvalue(design.filtered_loop, factors) < 1
-            for label, design in _each_design(designs, motors=2, count=count).items()
-        }
-
-    def draw(data):
-        moves = [
-            draw_gain_region(ax, factors, stable)
-            for ax, stable in zip(axes, data.values(), strict=True)
+        designs = _each_design(designs, motors=2, count=count)
+        return [
+            (label, (largest_eigenvalue(design.filtered_loop, factors) < 1).astype(float))
+            for label, design in designs.items()
         ]
 
-        def redraw(data):
-            for ax, move, (label, stable) in zip(axes, moves, data.items(), strict=True):
-                move(stable)
-                ax.set_title(label)
-
-        redraw(data)
-        return [redraw]
+    def draw(data):
+        return [
+            part(draw_gain_region(ax, factors, one), k)
+            for k, (ax, one) in enumerate(zip(axes, data, strict=True))
+        ]
 
     def say(data, designs):
-        each = " and ".join(f"{stable.mean():.0%} ({label})" for label, stable in data.items())
+        each = " and ".join(f"{stable.mean():.0%} ({label})" for label, stable in data)
         return (
             f"Gains at both inputs changed at once, each from 1/{reach:g} to {reach:g} times the "
             f"designed one: stable in the coloured part, {each} of the square.",

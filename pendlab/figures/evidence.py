@@ -16,6 +16,7 @@ PERCENTILES = (5, 50, 95)
 NEEDED = 2.5  # hits that a mechanism must be worth to be named
 STRONG = 0.9  # exponent that the description names
 EVENT = ("16b min", "16c max", "16d min")  # the signs of one event
+SHARES = dict(cmap="Blues", vmin=0, vmax=1)  # how cells are coloured
 LOOKS = (("grey", "s"), ("blue", "o"), ("vermillion", "D"))
 
 
@@ -107,12 +108,12 @@ def ablation(table):
     bars.barh(range(len(rows)), values, color=[COLORS["blue"]] + [COLORS["sky"]] * len(order))
     for y, value in enumerate(values):
         lost = f"{value - full:+.1f}" if y else f"{value:.1f}"
-        bars.text(0.3, y, lost, va="center", color="white" if not y else "black")
+        bars.text(0.3, y, lost, va="center", color="black" if y else "white")
     bars.set(yticks=range(len(rows)), yticklabels=rows, xlabel="hits of 22", xlim=(0, 22))
     bars.invert_yaxis()
     keys = list(table["the bench"])
-    shares = np.array([[table[label][key] for key in keys] for label in ["the bench", *order]])
-    cells.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
+    shares = [[table[label][key] for key in keys] for label in ["the bench", *order]]
+    cells.imshow(shares, **SHARES, aspect="auto")
     cells.set_xticks(range(len(keys)), keys, rotation=90, fontsize=8)
     cells.grid(False)
     cells.set_title("share of runs per extreme: white none, dark all", loc="left", fontsize=10)
@@ -124,22 +125,31 @@ def ablation(table):
     )
 
 
+def _draw_cells(ax, table, columns, words, dark, size=11, **colours):
+    """`words` of each value of a table in a coloured cell, in white beyond `dark`; its values."""
+    values = np.array([[cells[column] for column in columns] for cells in table.values()])
+    ax.imshow(values, **colours, aspect="auto")
+    for (i, j), value in np.ndenumerate(values):
+        color = "white" if abs(value) > dark else "black"
+        ax.text(j, i, words(value), ha="center", va="center", color=color, fontsize=size)
+    ax.set_xticks(range(len(columns)), columns)
+    ax.set_yticks(range(len(table)), list(table))
+    ax.xaxis.tick_top()
+    ax.grid(False)
+    return values
+
+
 @styled()
 def what_sets_what(table):
     """Exponents of ``changes.exponents(name)`` as a table of coloured cells."""
-    _numbers(table)
-    parts, quantities = list(table), list(next(iter(table.values())))
-    values = np.array([[table[part][quantity] for quantity in quantities] for part in parts])
+    parts, quantities = list(_numbers(table)), list(next(iter(table.values())))
     fig = new_figure(8.5, 0.9 + 0.42 * len(parts))
-    ax = fig.subplots()
-    ax.imshow(values, cmap="RdBu_r", vmin=-1, vmax=1, aspect="auto")
-    for (i, j), value in np.ndenumerate(values):
-        ax.text(j, i, f"{value:+.1f}" if abs(value) >= 0.05 else "0", ha="center", va="center",
-                color="white" if abs(value) > 0.65 else "black")  # fmt: skip
-    ax.set_xticks(range(len(quantities)), quantities)
-    ax.set_yticks(range(len(parts)), parts)
-    ax.xaxis.tick_top()
-    ax.grid(False)
+
+    def words(value):
+        return f"{value:+.1f}" if abs(value) >= 0.05 else "0"
+
+    colours = dict(cmap="RdBu_r", vmin=-1, vmax=1)
+    values = _draw_cells(fig.subplots(), table, quantities, words, 0.65, **colours)
     strong = "; ".join(
         f"{quantities[j]} with {parts[i]}" for i, j in np.argwhere(np.abs(values) > STRONG)
     )
@@ -153,19 +163,10 @@ def what_sets_what(table):
 @styled()
 def pushed(table):
     """Which extremes of Fig 16 an ensemble meets under each push: rows of `tick_hits`."""
-    _all_of("table[...]", next(iter(_numbers(table).values())), EVENT)
-    keys = [key for key in next(iter(table.values())) if key.startswith("16")]
-    shares = np.array([[hits[key] for key in keys] for hits in table.values()])
+    first = next(iter(_numbers(table).values()))
+    keys = [key for key in _all_of("table[...]", first, EVENT) if key.startswith("16")]
     fig = new_figure(8.5, 1.2 + 0.34 * len(table))
-    ax = fig.subplots()
-    ax.imshow(shares, cmap="Blues", vmin=0, vmax=1, aspect="auto")
-    for (i, j), value in np.ndenumerate(shares):
-        ax.text(j, i, f"{value:.0%}", ha="center", va="center", fontsize=9,
-                color="white" if value > 0.6 else "black")  # fmt: skip
-    ax.set_xticks(range(len(keys)), keys)
-    ax.set_yticks(range(len(table)), list(table))
-    ax.xaxis.tick_top()
-    ax.grid(False)
+    shares = _draw_cells(fig.subplots(), table, keys, "{:.0%}".format, 0.6, size=9, **SHARES)
     event = [keys.index(key) for key in EVENT]
     at_once = int((shares[:, event].min(axis=1) >= 0.5).sum())
     return describe(
