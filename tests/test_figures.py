@@ -14,7 +14,7 @@ import pendlab as pl
 from pendlab.figures import loops
 from pendlab.figures.frequency import HZ, decibels, draw_nyquist, frequencies, nyquist, sigma_min
 from pendlab.figures.rootlocus import draw_root_locus, root_locus
-from pendlab.figures.style import CaptionedFigure, image_html, look, new_figure, png, small_png
+from pendlab.figures.style import CaptionedFigure, image_html, look, new_figure, small_png
 from pendlab.figures.turns import full_nyquist
 from pendlab.loop import (
     broken_at,
@@ -321,7 +321,7 @@ def test_panels_take_several_curves_and_any_frame(triple):
     assert ax.get_xlim() == (-4, 1)
     fig = new_figure()
     draw_root_locus(fig.subplots(), root_locus(triple.model, [0.0, 10.0, 20.0], 5.0))
-    assert png(fig)[:4] == b"\x89PNG"
+    assert small_png(fig)[:4] == b"\x89PNG"
 
 
 def test_unstable_design_is_drawn_and_said_to_be_so(triple):
@@ -329,7 +329,7 @@ def test_unstable_design_is_drawn_and_said_to_be_so(triple):
     fig = pl.figure(11, replace(triple, kp=30.0, coefficients=None))
     assert "with filters the closed loop is unstable" in fig.caption
     assert "without" not in fig.caption
-    assert len(png(fig)) > 5000
+    assert len(small_png(fig)) > 5000
 
 
 @pytest.mark.parametrize("number", [1, 2, 3, 4])

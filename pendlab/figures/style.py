@@ -67,20 +67,6 @@ _PROGRAM = ("backend", "interactive", "keymap", "macosx", "timezone", "tk", "too
 SETTINGS = {k: v for k, v in rcParamsDefault.items() if not k.startswith(_PROGRAM)} | STYLE
 
 LONG, MIXED, SHORT = (0, (7, 1.4)), (0, (6, 1.4, 1.4, 1.4)), (0, (2.2, 1.2))
-_ANGLE_LOOK = [  # told apart without colour too
-    ("blue", "-"),
-    ("vermillion", LONG),
-    ("green", MIXED),
-    ("purple", SHORT),
-    ("orange", "-"),
-    ("sky", LONG),
-]
-
-
-def _angle(i):
-    color, linestyle = _ANGLE_LOOK[(i - 1) % len(_ANGLE_LOOK)]
-    label = rf"$\theta_{i}$" if i == 1 else rf"$\theta_{i}-\theta_{i - 1}$"
-    return dict(color=COLORS[color], linestyle=linestyle, label=label)
 
 
 def angle_name(i):
@@ -96,16 +82,25 @@ def _line(color, linestyle, label, **more):
     return dict(color=COLORS[color], linestyle=linestyle, label=label, **more)
 
 
+def _angle(i, color, linestyle):
+    return _line(color, linestyle, rf"$\theta_{i}$" if i == 1 else rf"$\theta_{i}-\theta_{i - 1}$")
+
+
 # Signal or curve -> how it is drawn, everywhere. Signals of time and curves of frequency never
 # share axes, so that the colours may serve twice.
 LINES = {
-    **{angle_name(i): _angle(i) for i in range(1, 7)},
+    # told apart without colour too
+    "theta1": _angle(1, "blue", "-"),
+    "theta2-theta1": _angle(2, "vermillion", LONG),
+    "theta3-theta2": _angle(3, "green", MIXED),
+    "theta4-theta3": _angle(4, "purple", SHORT),
+    "theta5-theta4": _angle(5, "orange", "-"),
+    "theta6-theta5": _angle(6, "sky", LONG),
     "rate": _line("purple", "-", r"$\dot\theta_1$"),
-    "u1": _line("black", "-", r"$u_1$"),
-    "u2": _line("orange", "-", r"$u_2$"),
-    "u3": _line("sky", "-", r"$u_3$"),
-    "u4": _line("grey", "-", r"$u_4$"),
-    "u5": _line("green", "-", r"$u_5$"),
+    **{
+        f"u{i}": _line(color, "-", f"$u_{i}$")
+        for i, color in enumerate(("black", "orange", "sky", "grey", "green"), 1)
+    },
     "reference": _line("grey", "--", "reference", linewidth=1.4),
     "estimate": _line("sky", ":", "estimate", linewidth=2.2),
     # curves of frequency, in the paper's line styles
@@ -206,27 +201,11 @@ def freeze_layout(fig):
     return fig
 
 
-def png(fig, dpi=None, compress_level=6):
-    """The figure as PNG bytes; compress_level 1 is the fast choice for sliders."""
-    buffer = io.BytesIO()
-    with styled():
-        fig.savefig(
-            buffer,
-            format="png",
-            dpi=dpi or fig.dpi,
-            metadata={"Software": None},
-            pil_kwargs={"compress_level": compress_level},
-        )
-    return buffer.getvalue()
-
-
 def small_png(fig, moving=(), colors=128):
     """The figure as a PNG with a palette: a third of the bytes, for pictures that are stored.
 
-    `moving` are artists that a full drawing leaves out.
-
-    The palette holds the most different colours, so that lines keep theirs; shades of edges move by
-    a few levels.
+    `moving` are artists that a full drawing leaves out. The palette holds the most different
+    colours, so that lines keep theirs; shades of edges move by a few levels.
     """
     with styled():
         fig.canvas.draw()
