@@ -21,20 +21,12 @@ LIMITS = (0.08, 20.0)  # of the drawn factors
 
 @dataclass(frozen=True)
 class BarStudy:
-    """By which factor each measure improves with a bar on one link at a time.
+    """By which factor each measure improves with a bar on one link at a time."""
 
-    Attributes
-    ----------
-    rig : without bars
-    bare : its measures
-    inertias : (N,) added inertias, kg m^2
-    factors : (n links, 3 measures, N), above 1 is better; measures in the order of `PANELS`
-    """
-
-    rig: Pendulum
-    bare: ControllabilityMeasures
-    inertias: np.ndarray
-    factors: np.ndarray
+    rig: Pendulum  # without bars
+    bare: ControllabilityMeasures  # of that rig
+    inertias: np.ndarray  # (N,) added inertias, kg m^2
+    factors: np.ndarray  # (n links, measures as in `PANELS`, N); above 1 is better
 
     def of(self, added):
         """The 3 factors with bars on all links at once; `added` has one inertia for each link."""

@@ -6,6 +6,7 @@ artists' data, so that a slider can drive them.
 """
 
 from dataclasses import dataclass
+from itertools import repeat
 
 import numpy as np
 
@@ -21,29 +22,19 @@ CRITICAL = {1: -1.0}  # of the loop gain with one input; 0 of det(I + P G) with 
 
 @dataclass(frozen=True)
 class Nyquist:
-    """A curve on the unit circle and what is read off it, up to half the sampling rate.
+    """A curve on the unit circle and what is read off it, up to half the sampling rate."""
 
-    Attributes
-    ----------
-    omega : (N,) rad/s
-    curve : (N,) complex, the loop gain L of one input or det(I + L) of several
-    critical : the point to go round, -1 for L and 0 for det(I + L)
-    marked_omega, marked : (2,) where the curve meets the negative real axis (of L: left of -1)
-        and where L meets the unit circle, each time next to the critical point; nan if nowhere
-    distance, distance_omega : smallest distance from the critical point, and where (rad/s)
-    count : Encirclements
-    margins : Margins of a loop with one input, else None
-    """
-
-    omega: np.ndarray
-    curve: np.ndarray
-    critical: float
+    omega: np.ndarray  # (N,) rad/s
+    curve: np.ndarray  # (N,) complex, the loop gain L of one input or det(I + L) of several
+    critical: float  # the point to go round: -1 for L, 0 for det(I + L)
+    # (2,) where the curve meets the negative real axis (of L: left of -1) and where L meets the unit
+    # circle, each time next to the critical point; nan if nowhere
     marked_omega: np.ndarray
     marked: np.ndarray
-    distance: float
+    distance: float  # smallest distance from the critical point, and where
     distance_omega: float
     count: Encirclements
-    margins: Margins | None
+    margins: Margins | None  # of a loop with one input
 
 
 def frequencies(dt, points=3000):
@@ -87,46 +78,33 @@ def _negative_real(loop, omega, curve):
 
 
 def draw_nyquist(ax, curves, looks, frame=None, paper=None, zoom=None):
-    """Nyquist curves near the critical point, their crossings listed in the legend.
+    """`draw_loops` with the crossings listed in a legend below; returns update(curves, paper=None).
 
-    Parameters
-    ----------
-    ax : axes; curves : sequence of `Nyquist`; looks : one ``look(...)`` for each
-    frame : ((left, right), (bottom, top)) of the axes
-    paper : None, or for each curve the printed frequencies (real axis, unit circle), Hz, to stand
-        beside ours
-    zoom : None, or (box, half): an inset at box = (x, y, width, height) in parts of the axes that
-        shows the critical point with `half` on every side
-
-    Returns
-    -------
-    update(curves, paper=None) : same number of curves, new data
+    `paper` has for each curve the printed frequencies (real axis, unit circle), Hz, to stand beside
+    ours.
     """
     move = draw_loops(ax, curves, looks, frame, zoom)
     meets = "▼ meets the real axis"
     if curves[0].critical == -1.0:
         meets += "   ● meets the unit circle"
-    legend = ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.12), title=meets, frameon=False,
-                       title_fontsize=10)  # fmt: skip
-    legend.set_alignment("left")
-    texts = legend.get_texts()
+    texts = ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.12), title=meets, frameon=False,
+                      title_fontsize=10, alignment="left").get_texts()  # fmt: skip
 
     def update(curves, paper=None):
         move(curves)
-        for i, data in enumerate(curves):
-            beside = (None, None) if paper is None else paper[i]
-            texts[i].set_text(f"{looks[i]['label']}: {_crossings(data, beside)}")
+        for text, style, data, beside in zip(texts, looks, curves, paper or repeat((None, None))):
+            text.set_text(f"{style['label']}: {_crossings(data, beside)}")
 
     update(curves, paper)
     return update
 
 
 def draw_loops(ax, curves, looks, frame=None, zoom=None):
-    """The curves of `draw_nyquist` without a legend, for pages of panels and for sliders.
+    """Nyquist curves near the critical point; returns update(curves) -> moved artists.
 
-    Returns
-    -------
-    update(curves) : moves the curves and returns their artists
+    A look for each of the curves, the frame ((left, right), (bottom, top)) of the axes, and perhaps
+    zoom = (box, half): an inset at box = (x, y, width, height) in parts of the axes that shows the
+    critical point with `half` on every side.
     """
     frame_plane(ax, ((-2.5, 0.5), (-1.5, 1.5)) if frame is None else frame)
     ax.set_aspect("equal", adjustable="box")
@@ -169,25 +147,19 @@ def _inset(ax, critical, box, half):
 
 def _crossings(data, beside):
     """What the legend says of one curve's marks, with the printed numbers beside ours."""
-    words = []
-    for sign, omega, printed in zip("▼●", data.marked_omega, beside, strict=True):
-        if np.isfinite(omega):
-            paper = "" if printed is None else f" (paper {printed:.2f})"
-            words.append(f"{sign} {omega / HZ:.2f} Hz{paper}")
+    words = [
+        f"{sign} {omega / HZ:.2f} Hz" + ("" if printed is None else f" (paper {printed:.2f})")
+        for sign, omega, printed in zip("▼●", data.marked_omega, beside, strict=True)
+        if np.isfinite(omega)
+    ]
     return "   ".join(words) or "no crossing"
 
 
 @dataclass(frozen=True)
 class SmallestSingularValue:
-    """Smallest singular value of I + L up to pi/dt.
+    """Smallest singular value of I + L up to pi/dt, its lowest value and where."""
 
-    Attributes
-    ----------
-    omega, sigma : (N,) rad/s and value
-    lowest, lowest_omega : of the lowest point
-    """
-
-    omega: np.ndarray
+    omega: np.ndarray  # (N,) rad/s
     sigma: np.ndarray
     lowest: float
     lowest_omega: float
@@ -213,15 +185,8 @@ def decibels(ratio):
 def draw_sigma_min(ax, curves, looks, frame=None, listed=True):
     """Smallest singular values in dB over Hz, their lowest points and the Nyquist frequency.
 
-    Parameters
-    ----------
-    ax : axes; curves : sequence of `SmallestSingularValue`; looks : one ``look(...)`` for each
-    frame : ((lowest, highest) Hz, (lowest, highest) dB)
-    listed : whether words tell the lowest points and the Nyquist frequency
-
-    Returns
-    -------
-    update(curves) : moves the curves and returns their artists
+    In a frame ((lowest, highest) Hz, (lowest, highest) dB); words tell the lowest points and the
+    Nyquist frequency where `listed`. Returns update(curves) -> moved artists.
     """
     x, y = ((1e-3, 1e2), (-40, 10)) if frame is None else frame
     zero_lines(ax, "x")

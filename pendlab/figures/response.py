@@ -14,16 +14,10 @@ from .updates import moving
 
 @dataclass(frozen=True)
 class ControllerGains:
-    """|P| from each reading to u1.
+    """|P| from each reading to u1."""
 
-    Attributes
-    ----------
-    hz : (N,)
-    gains : (N, n + 1), V/rad from the n relative angles and V/(rad/s) from the lowest link's rate
-    """
-
-    hz: np.ndarray
-    gains: np.ndarray
+    hz: np.ndarray  # (N,)
+    gains: np.ndarray  # (N, n + 1): V/rad from the n angles, V/(rad/s) from the lowest link's rate
 
     @property
     def fastest(self):
@@ -51,20 +45,12 @@ def draw_gains(ax, data, frame):
 
 @dataclass(frozen=True)
 class StepResponse:
-    """Answer of the sampled linear loop to a reference of 1 rad, starting upright.
+    """Answer of the sampled linear loop to a reference of 1 rad, starting upright."""
 
-    Attributes
-    ----------
-    t : (N,) s, in each decade ten times coarser than in the last
-    angles : (N, n) relative angles, rad per rad of reference
-    u : (N, m) voltages, V per rad of reference
-    tracked : index of the angle that follows
-    """
-
-    t: np.ndarray
-    angles: np.ndarray
-    u: np.ndarray
-    tracked: int
+    t: np.ndarray  # (N,) s, in each decade ten times coarser than in the last
+    angles: np.ndarray  # (N, n) relative angles, rad per rad of reference
+    u: np.ndarray  # (N, m) voltages, V per rad of reference
+    tracked: int  # index of the angle that follows
 
     @property
     def rise(self):

@@ -6,6 +6,7 @@ import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
 
 from .._arguments import array, found, number
+from ..loop import sorted_eigenvalues
 from ..sampled import align
 from .planes import arrowheads, frame_plane, point, unit_circle, zero_lines
 from .style import COLORS, look
@@ -14,21 +15,13 @@ from .updates import moving
 
 @dataclass(frozen=True)
 class RootLocus:
-    """Eigenvalues of A - B2 k_p C_p C of equation (19) over k_p, one column for each branch.
+    """Eigenvalues of A - B2 k_p C_p C of equation (19) over k_p, one column for each branch."""
 
-    Attributes
-    ----------
-    kps : (N,) V/rad
-    branches : (N, n) complex
-    kp, marked : the gain to mark and its n eigenvalues
-    changes : gains within `kps` at which an eigenvalue meets the unit circle
-    """
-
-    kps: np.ndarray
-    branches: np.ndarray
-    kp: float
+    kps: np.ndarray  # (N,) V/rad
+    branches: np.ndarray  # (N, n) complex
+    kp: float  # the gain to mark, and its n eigenvalues
     marked: np.ndarray
-    changes: tuple
+    changes: tuple  # gains within `kps` at which an eigenvalue meets the unit circle
 
     @property
     def unstable(self):
@@ -56,14 +49,12 @@ def root_locus(model, kps, kp):
         return none + np.multiply.outer(gains, one - none)
 
     kps, branches = _swept(at, kps)
-    marked = np.linalg.eigvals(at(kp)).astype(complex)
-    return RootLocus(kps, branches, kp, marked[np.argsort(-np.abs(marked))], _changes(at, kps))
+    return RootLocus(kps, branches, kp, sorted_eigenvalues(at(kp)), _changes(at, kps))
 
 
 def remarked(locus, model, kp):
     """The same branches with another gain marked; `model` is the one that `locus` was made of."""
-    values = np.linalg.eigvals(align(model, number("kp", kp)).A).astype(complex)
-    return replace(locus, kp=kp, marked=values[np.argsort(-np.abs(values))])
+    return replace(locus, kp=kp, marked=sorted_eigenvalues(align(model, number("kp", kp)).A))
 
 
 def _swept(at, kps, step=0.002, rounds=12, most=20_000):
@@ -140,11 +131,9 @@ def draw_root_locus(ax, data, frame=None):
 
 
 def draw_marked_locus(ax, data, frame):
-    """Branches that stay, and eigenvalues that move along them: stable, unstable, and the start.
+    """Branches that stay, their start, and eigenvalues that move along them.
 
-    Returns
-    -------
-    update(data) : moves the eigenvalues and returns their artists
+    Returns update(data) -> moved artists.
     """
     ax.plot(data.branches.real, data.branches.imag, color=COLORS["sky"], zorder=3)
     start = data.branches[0]
@@ -161,9 +150,7 @@ def draw_marked_locus(ax, data, frame):
 def draw_eigenvalues(ax, values, frame):
     """Eigenvalues in the z-plane, those outside the unit circle with a look of their own.
 
-    Returns
-    -------
-    update(values) : moves them and returns their artists
+    Returns update(values) -> moved artists.
     """
     frame_plane(ax, frame)
     zero_lines(ax)

@@ -14,20 +14,12 @@ from .updates import moving
 
 @dataclass(frozen=True)
 class Lag:
-    """Phase lag in degrees over frequency, up to half the sampling rate.
+    """Phase lag in degrees over frequency, up to half the sampling rate."""
 
-    Attributes
-    ----------
-    hz : (N,)
-    filters : of one input and one output filter in a row
-    hold : of the zero-order hold, half a sampling time
-    crossover : where the loop without filters has gain one, Hz
-    """
-
-    hz: np.ndarray
-    filters: np.ndarray
-    hold: np.ndarray
-    crossover: float
+    hz: np.ndarray  # (N,)
+    filters: np.ndarray  # of one input and one output filter in a row
+    hold: np.ndarray  # of the zero-order hold, half a sampling time
+    crossover: float  # where the loop without filters has gain one, Hz
 
     def at(self, hz):
         """(filters, hold) at a frequency."""

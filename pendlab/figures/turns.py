@@ -23,23 +23,13 @@ RAYS = np.radians(np.arange(2.5, 360, 5))  # directions tried for counting
 
 @dataclass(frozen=True)
 class FullNyquist:
-    """Upper half of the Nyquist contour and of its image; the rest is the complex conjugate.
+    """Upper half of the Nyquist contour and of its image; the rest is the complex conjugate."""
 
-    Attributes
-    ----------
-    z : (N,) complex, from z = 1 (outside the integrator's pole there) to z = -1
-    curve : (N,) complex, L(z) of one input or det(I + L(z)) of several
-    critical : -1 or 0
-    unstable : open-loop eigenvalues outside the unit circle
-    integrators : how many open-loop eigenvalues lie on it
-    count : Encirclements
-    """
-
-    z: np.ndarray
-    curve: np.ndarray
-    critical: float
-    unstable: np.ndarray
-    integrators: int
+    z: np.ndarray  # (N,) from z = 1 (outside the integrator's pole there) to z = -1
+    curve: np.ndarray  # (N,) L(z) of one input or det(I + L(z)) of several
+    critical: float  # -1 or 0
+    unstable: np.ndarray  # open-loop eigenvalues outside the unit circle
+    integrators: int  # how many open-loop eigenvalues lie on it
     count: Encirclements
 
     @cached_property
