@@ -44,7 +44,7 @@ def _share(rig):
     term = "J2 has a second term, the link's own inertia."
     yield motor.inertia / (upper.mass * upper.com**2), term
     lower_hinge = lower.inertia + lower.mass * lower.com**2
-    yield motor.inertia / lower_hinge, "That is link 1; the upper link is `links[1]`."
+    yield motor.inertia / lower_hinge, "That is link 1; link 2 is `links[1]`."
     bare = "That is the bare rotor; at the hinge its reflected inertia counts."
     yield motor.inertia / motor.ratio**2 / hinge, bare
     yield (
