@@ -134,7 +134,7 @@ def controller(F, observer, dt=0.01, tracked=1, kp=None, *, u_max=None):
     ----------
     F : gain of `pl.lqr`, (m, n + integrators); with `kp` one row less
     observer, dt, tracked, u_max : as for `Controller`; an index alone will do for `tracked`
-    kp : k_p of the upper motor's position loop, V/rad, which adds the row [k_p C_p C, 0] of
+    kp : k_p of motor 2's position loop, V/rad, which adds the row [k_p C_p C, 0] of
         equation (38); None where F has a row for every motor
 
     >>> from pendlab import paper_design

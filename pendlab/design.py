@@ -22,7 +22,7 @@ class Design:
     rig : Pendulum
     Q, R : weights of the augmented state and of the inputs that F drives (`lqr`)
     E : observer dynamics (`observer_family`)
-    kp : k_p of the upper motor's position loop, or None where F drives every motor
+    kp : k_p of motor 2's position loop, or None where F drives every motor
     coefficients : of the observer in its family's canonical basis; None takes the quietest member
     dt : sampling time, s
     tracked : index of the output with an integrator, or a tuple of them

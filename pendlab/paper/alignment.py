@@ -1,4 +1,4 @@
-"""Gains of the upper motor's position loop between which it helps, (18) and (19)."""
+"""Gains of motor 2's position loop between which it helps, (18) and (19)."""
 
 import numpy as np
 from scipy.optimize import bisect

@@ -175,14 +175,14 @@ def _B_20(rig):
 @on("triple")
 @asks("volts", tolerance=1e-2)  # two digits
 def exercise_6(rig):
-    """Limit at which the middle motor alone catches what both catch at their limits, V."""
+    """Limit at which motor 1 alone catches what both catch at their limits, V."""
     limits = np.array(rig.u_max)
     together, middle, upper = (_largest_lean(rig, motors) for motors in ([0, 1], [0], [1]))
     truth = limits[0] * together[0] / middle[0]
     yield truth, "The paper's larger power source."
     yield together[0] / middle[0], "That is the factor; of how many volts?"
     yield truth - limits[0], "That is how much has to be added; give the whole limit."
-    yield limits[1] * together[0] / upper[0], "That is the upper motor alone."
+    yield limits[1] * together[0] / upper[0], "That is motor 2 alone."
     yield limits[0] * together[2] / middle[2], "That is for the last angle; take theta1."
     apart = "Volts of different motors do not add up: they bend different hinges."
     yield limits.sum(), apart
