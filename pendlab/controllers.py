@@ -1,6 +1,6 @@
 """The sampled controller: observer, integrator and state feedback, equations (29), (30), (38)."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import NamedTuple
 
 import control
@@ -47,7 +47,6 @@ class Controller:
     dt: float
     tracked: tuple = (1,)
     u_max: tuple | None = None
-    _limit: np.ndarray | None = field(init=False, repr=False, compare=False, default=None)
 
     def __post_init__(self):
         set_ = object.__setattr__
@@ -65,7 +64,6 @@ class Controller:
         set_(self, "F", array("F", self.F, (m, n + len(self.tracked))))
         if self.u_max is not None:
             set_(self, "u_max", numbers("u_max", self.u_max, above=0, count=m, finite=False))
-            set_(self, "_limit", np.array(self.u_max))
 
     @property
     def system(self):
@@ -92,15 +90,13 @@ class Controller:
 
     def estimate(self, state, y):
         """xhat(n) = L1 y(n) + L2 v(n): step 2."""
-        y = self._outputs(state, y)
-        return self.observer.L1 @ y + self.observer.L2 @ state.v
+        return self.observer.L1 @ self._outputs(state, y) + self.observer.L2 @ state.v
 
     def control(self, state, y):
         """u(n) = -F [xhat(n); w(n)] within the limits: steps 2 to 4 of section 5."""
-        y = self._outputs(state, y)
         u = -(self.F @ np.concatenate([self.estimate(state, y), state.w]))
-        if self._limit is not None:
-            u = np.minimum(np.maximum(u, -self._limit), self._limit)
+        if self.u_max is not None:
+            u = np.minimum(np.maximum(u, np.negative(self.u_max)), self.u_max)
         return u
 
     def update(self, state, y, u, y_ref=0.0):

@@ -135,9 +135,8 @@ def broken_at(loop, index):
         raise ValueError(f"index: expected 0 to {loop.ninputs - 1}, found {index}.")
     others = [j for j in range(loop.ninputs) if j != index]
     A = loop.A - loop.B[:, others] @ loop.C[others]
-    return control.ss(
-        A, loop.B[:, [index]], loop.C[[index]], 0, loop.dt, name=f"broken at input {index + 1}"
-    )
+    B, C = loop.B[:, [index]], loop.C[[index]]
+    return control.ss(A, B, C, 0, loop.dt, name=f"broken at input {index + 1}")
 
 
 def check_loop(loop):
@@ -169,7 +168,7 @@ def sorted_eigenvalues(A):
     if not np.any(values.imag):
         values = values.real  # NumPy from 2.5 on calls them complex
     order = np.lexsort((-values.imag.round(9), values.real.round(9), -np.abs(values).round(9)))
-    return np.real_if_close(values[order], tol=0 if values.imag.any() else 1) + 0.0
+    return values[order] + 0.0
 
 
 def time_constant(loop):
@@ -283,11 +282,9 @@ def margins(loop, points=2000):
     crossover = crossings(omega, np.abs(L) - 1, lambda w: abs(at(w)) - 1)
     phase = min(((abs(np.angle(-at(w))), w) for w in crossover), default=(np.inf, np.nan))
     modulus = least(lambda w: np.abs(1 + L_at(w)), omega)
-    return Margins(
-        *map(float, (up[0], down[0], up[1], down[1], *phase, *modulus)),
-        crossover=tuple(crossover),
-        stable=bool(np.abs(closed_loop_eigenvalues(loop)[0]) < 1),
-    )
+    sizes = (up[0], down[0], up[1], down[1], *phase, *modulus)
+    stable = bool(np.abs(closed_loop_eigenvalues(loop)[0]) < 1)
+    return Margins(*map(float, sizes), tuple(crossover), stable)
 
 
 def frequency_grid(dt, points=1500, lowest=1e-3, eigenvalues=()):
@@ -307,10 +304,8 @@ def frequency_grid(dt, points=1500, lowest=1e-3, eigenvalues=()):
     distance = np.abs(z - 1)
     away = (distance > ON_CIRCLE) & (np.abs(z) > 1e-300)
     lowest = min(lowest, 0.01 * distance.min(initial=np.inf, where=away) / dt)
-    pieces = [
-        np.geomspace(lowest, top, points - points // 4),
-        np.linspace(top / 20, top, points // 4),
-    ]
+    linear = points // 4
+    pieces = [np.geomspace(lowest, top, points - linear), np.linspace(top / 20, top, linear)]
     for s in np.log(z[away]) / dt:
         width, own = max(abs(s.real), 1e-9 / dt), abs(s.imag)
         reach = 40 * max(own, lowest) / points  # two or three points of the grid

@@ -32,18 +32,13 @@ class Encirclements(NamedTuple):
 def encirclements(loop):
     """Turns of det(I + L(z)) about 0 as z goes once round the unit circle, counted on the curve.
 
-    The contour leaves the circle outward round poles on it (the integrator at z = 1), which so
-    count as stable. By the argument principle turns = unstable open-loop poles - unstable
-    closed-loop poles; the count is held against both sets of eigenvalues.
+    `loop` comes from `open_loop`, `broken_at` or `state_feedback_loop`. The contour leaves the
+    circle outward round poles on it (the integrator at z = 1), which so count as stable. By the
+    argument principle turns = unstable open-loop poles - unstable closed-loop poles; the count is
+    held against both sets of eigenvalues.
 
-    Parameters
-    ----------
-    loop : sampled square control.StateSpace of `open_loop`, `broken_at` or `state_feedback_loop`
-
-    Raises
-    ------
-    ValueError : a closed-loop eigenvalue on the unit circle (the curve meets the critical point),
-        or poles that rounding does not let us tell from each other
+    ValueError for a closed-loop eigenvalue on the unit circle (the curve meets the critical point),
+    and for poles that rounding does not let us tell from each other.
 
     >>> from pendlab import paper_design
     >>> encirclements(paper_design("triple").loop(1))  # Fig 11: one is the integrator's, moved out
@@ -101,14 +96,13 @@ def _segments(loop, opened, closed):
     on = np.abs(np.abs(opened) - 1) <= 1e-15
     computed = np.linalg.eigvals(loop.A)
     stops = _distinct(np.abs(np.angle(opened[on])))
-    poles = np.exp(1j * np.array(stops))
+    poles = np.exp(1j * stops)
     off = np.concatenate([opened[~on], closed])
     others = np.concatenate([off, poles, poles.conj()])
     # The curve turns fast where an eigenvalue is near; arcs begin there, as they are dense at ends.
     near = _distinct(np.abs(np.angle(off[np.abs(np.abs(off) - 1) < 0.3])))
     pieces, here = [], 0.0
-    for stop in stops:
-        pole = np.exp(1j * stop)
+    for stop, pole in zip(stops, poles):
         distances = np.abs(others - pole)
         nearest = distances[distances > 1e-12].min(initial=1.0)
         # Outside the places to which rounding moves a multiple pole, inside all others.
@@ -121,19 +115,16 @@ def _segments(loop, opened, closed):
             )
         half = 2 * np.arcsin(radius / 2)  # the circle is met at the angles stop -+ half
         first, last = max(stop - half, 0.0), min(stop + half, np.pi)
-        if first > here:
-            pieces += _arcs(here, first, near)
+        pieces += _arcs(here, first, near)
         pieces.append(_indentation(pole, radius, first, last, stop))
         here = last
-    if here < np.pi:
-        pieces += _arcs(here, np.pi, near)
-    return pieces
+    return pieces + _arcs(here, np.pi, near)
 
 
 def _arcs(start, stop, near):
-    """Arcs of the circle from start to stop, parted at the angles `near`."""
+    """Arcs of the circle from start to stop, parted at the angles `near`; none where start is stop."""
     inside = [angle for angle in near if start + 1e-6 < angle < stop - 1e-6]
-    corners = [start, *inside, stop]
+    corners = [start, *inside, stop] if start < stop else []
     return [_arc_of_circle(a, b) for a, b in pairwise(corners)]
 
 
@@ -163,11 +154,9 @@ def _indentation(pole, radius, first, last, stop):
 
 
 def _distinct(angles):
-    kept = []
-    for angle in sorted(map(float, angles)):
-        if not kept or angle - kept[-1] > 1e-6:
-            kept.append(angle)
-    return kept
+    """The angles from 0 to pi in order, one of those that rounding parts."""
+    angles = np.sort(angles)
+    return angles[np.diff(angles, prepend=-1.0) > 1e-6]
 
 
 def _phase_change(det, z_of, largest=0.3):
