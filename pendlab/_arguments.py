@@ -65,10 +65,8 @@ def array(name, value, shape=None, finite=True):
     except (TypeError, ValueError, OverflowError):
         raise TypeError(f"{name}: expected an array of real numbers, {found(value)}.") from None
     result = result.reshape((1,) * (len(shape or ()) - result.ndim) + result.shape)
-    if shape is not None and (
-        result.ndim != len(shape)
-        or any(want is not None and want != got for want, got in zip(shape, result.shape))
-    ):
+    sizes = zip(shape or (), result.shape)
+    if shape and result.shape != tuple(got if want is None else want for want, got in sizes):
         wanted = " x ".join("any" if size is None else str(size) for size in shape)
         raise ValueError(f"{name}: expected shape {wanted}, found shape {result.shape}.")
     if finite and not np.all(np.isfinite(result)):
@@ -125,10 +123,8 @@ def whole(name, value, least=0, most=None):
     """`value` as an int from `least` to `most`."""
     is_whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not is_whole or not least <= value <= (math.inf if most is None else most):
-        end = "" if most is None else f" and at most {most}"
-        raise ValueError(
-            f"{name}: expected a whole number of at least {least}{end}, {found(value)}."
-        )
+        span = f"of at least {least}" if most is None else f"from {least} to {most}"
+        raise ValueError(f"{name}: expected a whole number {span}, {found(value)}.")
     return int(value)
 
 

@@ -31,7 +31,7 @@ class Controller:
     observer : Observer for the n-state model with m inputs
     dt : sampling time Ts, s
     tracked : indices of the outputs that track references, one integrator each
-    u_max : m voltage limits of step 4, or None for no limits
+    u_max : m voltage limits of step 4, or None
 
     The functions `start` and `step` keep no state of their own: equal calls give equal results.
 
@@ -52,16 +52,13 @@ class Controller:
         set_ = object.__setattr__
         instance("observer", self.observer, Observer)
         number("dt", self.dt, above=0)
+        n, m, q = self.observer.T.shape[1], self.observer.H.shape[1], self.observer.K.shape[1]
         tracked = self.tracked if isinstance(self.tracked, (tuple, list)) else (self.tracked,)
-        q = self.observer.K.shape[1]
-        for index in tracked:
-            if whole("tracked", index) >= q:
-                raise ValueError(f"tracked: expected output indices below {q}, {found(index)}.")
+        tracked = tuple(whole("tracked", index, most=q - 1) for index in tracked)
         if len(set(tracked)) < len(tracked):
             raise ValueError(f"tracked: each output takes one integrator, {found(tracked)}.")
-        set_(self, "tracked", tuple(int(index) for index in tracked))
-        n, m = self.observer.T.shape[1], self.observer.H.shape[1]
-        set_(self, "F", array("F", self.F, (m, n + len(self.tracked))))
+        set_(self, "tracked", tracked)
+        set_(self, "F", array("F", self.F, (m, n + len(tracked))))
         if self.u_max is not None:
             set_(self, "u_max", numbers("u_max", self.u_max, above=0, count=m, finite=False))
 

@@ -88,8 +88,7 @@ class Design:
     def augmented(self):
         """What F is designed for: the (aligned) model with its integrator, (15) and (19)."""
         model = self.model if self.kp is None else align(self.model, self.kp)
-        tracked = list(self.tracked) if isinstance(self.tracked, tuple) else self.tracked
-        return add_integrator(model, tracked)
+        return add_integrator(model, self.tracked)
 
     @cached_property
     def F(self):
@@ -111,9 +110,8 @@ class Design:
     @cached_property
     def controller(self):
         """(29) with (30) or (38), limited to the rig's voltages."""
-        return controller(
-            self.F, self.observer, self.dt, self.tracked, self.kp, u_max=self.rig.u_max
-        )
+        u_max = self.rig.u_max
+        return controller(self.F, self.observer, self.dt, self.tracked, self.kp, u_max=u_max)
 
     @cached_property
     def nominal_loop(self):

@@ -83,17 +83,13 @@ MOTOR_LETTERS = dict(damping="c_p", inertia="I_p", gain="G")
 
 
 def derive(n_links, n_motors):
-    """Equations of motion of a pendulum with `n_links` links and motors on hinges 2 to n_motors+1.
+    """`EquationsOfMotion` of a pendulum with `n_links` links and motors on hinges 2 to n_motors+1.
 
     Lagrange's equations with viscous friction, d/dt dT/dv - dT/dq + dV/dq + dD/dv = Q, where motor
     i with voltage u_i turns link i+1 with the torque G_i u_i and link i with the opposite one. The
     rotor's inertia, reflected to the output shaft, turns with the relative rate of its hinge.
 
-    Parameters
-    ----------
-    n_links : whole number >= 2 (1 gives the simple pendulum)
-    n_motors : whole number from 0 (free pendulum) to n_links - 1
-
+    One link gives the simple pendulum, no motor the free one; there are at most n_links - 1 motors.
     Source: Appendix A of the paper, equations (i)-(iii).
 
     >>> derive(2, 1).H
@@ -149,11 +145,11 @@ def _derive(n, m):
 
 
 def _row(letter, count):
-    return tuple(sp.Symbol(f"{letter}{i + 1}", positive=True) for i in range(count))
+    return sp.symbols(f"{letter}1:{count + 1}", positive=True)
 
 
 def _column(letter, count):
-    return sp.ImmutableMatrix(count, 1, lambda i, _: sp.Symbol(f"{letter}{i + 1}", real=True))
+    return sp.ImmutableMatrix(count, 1, sp.symbols(f"{letter}1:{count + 1}", real=True))
 
 
 def _gradient(scalar, variables):

@@ -130,9 +130,7 @@ def broken_at(loop, index):
     >>> broken_at(paper_design("triple").nominal_loop, 0).ninputs
     1
     """
-    check_loop(loop)
-    if whole("index", index) >= loop.ninputs:
-        raise ValueError(f"index: expected 0 to {loop.ninputs - 1}, found {index}.")
+    whole("index", index, most=check_loop(loop).ninputs - 1)
     others = [j for j in range(loop.ninputs) if j != index]
     A = loop.A - loop.B[:, others] @ loop.C[others]
     B, C = loop.B[:, [index]], loop.C[[index]]

@@ -118,11 +118,7 @@ def with_filters(plant, filters):
 
     dz/dt = w_c (r - z), w_c = 2 pi f_c, for each input r = u and each output r = y. The m + p more
     states follow x: [x, filtered inputs, filtered outputs]; inputs and outputs keep their names.
-
-    Parameters
-    ----------
-    plant : continuous control.StateSpace with m inputs and p outputs, D = 0
-    filters : Filters with m input and p output cut-offs, Hz (Table 5)
+    `plant` is continuous with m inputs and p outputs; `filters` has their cut-offs f_c (Table 5).
 
     >>> from pendlab import load
     >>> rig = load("double")

@@ -258,12 +258,8 @@ def observer_family(model, E):
     regular needs rank CB = m, and every invariant zero of (A, B, C) among the eigenvalues of E, so
     inside the circle. The dimension is p (q - m) iff no eigenvalue of E is an invariant zero.
 
-    Parameters
-    ----------
-    model : sampled control.StateSpace, n states, m inputs, q outputs
-    E : number (for every state), diagonal entries or matrix of the n - q observer states (complex
-        pairs as real 2 x 2 blocks)
-
+    `model` is sampled with n states, m inputs and q outputs; E belongs to the n - q observer states:
+    a number for all, the diagonal entries or the matrix (complex pairs as real 2 x 2 blocks).
     ValueError where E is unstable, of the wrong size or shares an eigenvalue with A, and where no
     solution has H = 0 and [C; T] regular.
 

@@ -12,16 +12,8 @@ def sample(plant, dt=0.01, delay=0.0):
 
     x(n+1) = e^(A dt) x(n) + (integral of e^(A s) ds from 0 to dt) B u(n)
 
-    With a computation delay the old voltage u(n-1) holds until `delay` after the sample; it joins
-    the state, last.
-
-    Parameters
-    ----------
-    plant : continuous control.StateSpace, whose names are kept
-    dt : sampling time, s, above 0
-    delay : from reading to sending, s, at least 0 and at most dt
-
-    ValueError for other times, or a plant that is sampled already.
+    `plant` is a continuous control.StateSpace, whose names are kept. With a `delay` (s, at most dt)
+    from reading to sending the old voltage u(n-1) holds for so long; it joins the state, last.
 
     >>> from control import ss
     >>> sample(ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], 0), 0.5).A
@@ -57,11 +49,7 @@ def align(model, kp):
 
     u2 = -k_p (theta3 - theta2), so A becomes A - B2 k_p C_p C and the last input is gone. Motor i
     drives hinge i+1, so the angle of the last motor's hinge is output number m counted from 0.
-
-    Parameters
-    ----------
-    model : control.StateSpace with at least two inputs, continuous or sampled
-    kp : position gain k_p, V/rad
+    `model` has at least two inputs and is continuous or sampled; `kp` is in V/rad.
 
     >>> from pendlab import linearize, load
     >>> align(sample(linearize(load("triple"))), kp=10).input_labels
@@ -87,13 +75,8 @@ def align(model, kp):
 def add_integrator(model, output):
     """`model` with the integrated tracking error of `output` as the last state, equation (15).
 
-    w(n+1) = w(n) + Ts (y_r(n) - y_2(n)), written here for y_r = 0.
-
-    Parameters
-    ----------
-    model : sampled control.StateSpace
-    output : index or name of the output that tracks a reference, or a list of them (one
-        integrator each)
+    w(n+1) = w(n) + Ts (y_r(n) - y_2(n)), written here for y_r = 0. `output` is the index or name of
+    the output that tracks a reference, or a list of them, each with its integrator.
 
     >>> from pendlab import linearize, load
     >>> add_integrator(sample(linearize(load("double"))), 1).state_labels[-1]

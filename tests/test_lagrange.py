@@ -175,8 +175,8 @@ def test_six_links():
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        ((0, 0), "n_links: expected a whole number of at least 1 and at most 8, found 0"),
-        ((2.0, 1), "n_links: expected a whole number of at least 1 and at most 8, found 2.0"),
+        ((0, 0), "n_links: expected a whole number from 1 to 8, found 0"),
+        ((2.0, 1), "n_links: expected a whole number from 1 to 8, found 2.0"),
         ((True, 0), "n_links"),
         (("3", 2), "n_links"),
         ((3, -1), "n_motors: expected a whole number of at least 0, found -1"),

@@ -368,7 +368,11 @@ def test_frequency_grid():
         (lambda d: pl.loop_gain(d.controller, d.model, np.nan), ValueError, "omega: every entry"),
         (lambda d: pl.frequency_response(d.model, "1"), TypeError, "omega: expected an array"),
         (lambda d: pl.frequency_response(d, 1), TypeError, "system: expected a control.StateSpace"),
-        (lambda d: pl.broken_at(d.nominal_loop, 2), ValueError, "index: expected 0 to 1, found 2"),
+        (
+            lambda d: pl.broken_at(d.nominal_loop, 2),
+            ValueError,
+            "index: expected a whole number from 0 to 1, found 2",
+        ),
         (lambda d: pl.broken_at(d.nominal_loop, -1), ValueError, "index: expected a whole number"),
         (
             lambda d: pl.margins(d.nominal_loop),
