@@ -36,8 +36,8 @@ def number(name, value, above=None, least=None, finite=True, most=None):
     return value
 
 
-def numbers(name, values, above=None, least=None, count=None, finite=True):
-    """`values` as a tuple of floats; a single number counts as one."""
+def numbers(name, values, count=None, **bounds):
+    """`values` as a tuple of floats within `bounds` of `number`; a single number counts as one."""
     if isinstance(values, Real) and not isinstance(values, bool):
         values = (values,)
     try:
@@ -48,10 +48,7 @@ def numbers(name, values, above=None, least=None, count=None, finite=True):
         raise TypeError(f"{name}: expected numbers, {found(values)}.") from None
     if count is not None and len(items) != count:
         raise ValueError(f"{name}: expected {count} numbers, found {len(items)}.")
-    return tuple(
-        number(f"{name}[{i}]", item, above=above, least=least, finite=finite)
-        for i, item in enumerate(items)
-    )
+    return tuple(number(f"{name}[{i}]", item, **bounds) for i, item in enumerate(items))
 
 
 def array(name, value, shape=None, finite=True):

@@ -112,15 +112,11 @@ def _solvable(model, Q):
             f"model: not stabilisable, no input moves the mode at {plain(stuck[0])}; "
             "use another input or model."
         )
-    unseen = unmoved_modes(model.A.T, _root(Q).T, lambda s: abs(_decay(model, s)) < 1e-9)
+    values, vectors = np.linalg.eigh(Q)
+    root = vectors * np.sqrt(np.clip(values, 0, None))  # root root' = Q
+    unseen = unmoved_modes(model.A.T, root, lambda s: abs(_decay(model, s)) < 1e-9)
     if len(unseen):
         raise ValueError(
             f"Q: no weight sees the mode at {plain(unseen[0])} on the stability limit; "
             "an integrator needs a weight above zero."
         )
-
-
-def _root(Q):
-    """A square root of Q: root' root = Q."""
-    values, vectors = np.linalg.eigh(Q)
-    return np.sqrt(np.clip(values, 0, None))[:, None] * vectors.T

@@ -117,15 +117,14 @@ def _derive(n, m):
     relative_rates = W * v
 
     # Energies: positions of the centres of mass, their velocities, rotation of links and rotors.
-    kinetic, potential, x_hinge, y_hinge = 0, 0, 0, 0
+    kinetic, potential, hinge = 0, 0, sp.zeros(2, 1)
     for i in range(n):
-        x = x_hinge + coms[i] * sp.sin(q[i])
-        y = y_hinge + coms[i] * sp.cos(q[i])
-        velocity_squared = _rate(x, q, v) ** 2 + _rate(y, q, v) ** 2
-        kinetic += (masses[i] * velocity_squared + inertias[i] * v[i] ** 2) / 2
-        potential += masses[i] * g * y
-        x_hinge += lengths[i] * sp.sin(q[i])
-        y_hinge += lengths[i] * sp.cos(q[i])
+        upward = sp.Matrix([sp.sin(q[i]), sp.cos(q[i])])  # along the link
+        centre = hinge + coms[i] * upward
+        velocity = centre.jacobian(q) * v
+        kinetic += (masses[i] * velocity.dot(velocity) + inertias[i] * v[i] ** 2) / 2
+        potential += masses[i] * g * centre[1]
+        hinge += lengths[i] * upward
     kinetic += sum(rotors[i] * relative_rates[i + 1] ** 2 for i in range(m)) / 2
     dissipation = sum(frictions[i] * relative_rates[i] ** 2 for i in range(n)) / 2
     dissipation += sum(dampings[i] * relative_rates[i + 1] ** 2 for i in range(m)) / 2
@@ -154,10 +153,6 @@ def _column(letter, count):
 
 def _gradient(scalar, variables):
     return sp.Matrix([scalar]).jacobian(variables).T
-
-
-def _rate(position, q, v):
-    return (sp.Matrix([position]).jacobian(q) * v)[0]
 
 
 def _fold(entry):

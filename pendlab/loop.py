@@ -37,7 +37,7 @@ def frequency_response(system, omega):
     state_space("system", system)
     omega = array("omega", omega, (None,))
     with np.errstate(divide="ignore", invalid="ignore"):
-        response = transfer(system, np.exp(1j * omega * system.dt) if system.dt else 1j * omega)
+        response = prepared(system)(np.exp(1j * omega * system.dt) if system.dt else 1j * omega)
     at_pole = ~np.isfinite(response).all(axis=(1, 2))
     if at_pole.any():
         raise ValueError(
@@ -47,16 +47,11 @@ def frequency_response(system, omega):
     return response
 
 
-def transfer(system, z):
-    """C (zI - A)^-1 B + D at the N complex numbers z, shape (N, p, m)."""
-    return prepared(system)(z)
-
-
 def prepared(system):
-    """`transfer` of one system as a function of z, for which one complex Schur form is made.
+    """C (zI - A)^-1 B + D, shape (N, p, m), as a function of N complex numbers z.
 
-    Then back substitution for all z at once: safe for repeated eigenvalues, where an eigenvector
-    basis does not exist.
+    One complex Schur form for all of them, then back substitution for all z at once: safe for
+    repeated eigenvalues, where an eigenvector basis does not exist.
     """
     # Balanced first, by powers of two: units of the states must not decide how much is rounded.
     A, (unit, _) = matrix_balance(system.A, permute=False, separate=True)

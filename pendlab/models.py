@@ -41,18 +41,12 @@ def linearize(rig):
         )
     W_inverse = np.linalg.inv(W)
     A21, A22, B2 = (-W @ np.linalg.solve(M, right) for right in (P @ W_inverse, N @ W_inverse, H))
-    angles = angle_names(n)
-    rates = [f"d{name}" for name in angles]
-    return control.ss(
-        np.block([[np.zeros((n, n)), np.eye(n)], [A21, A22]]) + 0.0,
-        np.vstack([np.zeros((n, m)), B2]),
-        np.eye(n + 1, 2 * n),
-        0,
-        states=angles + rates,
-        inputs=[f"u{i + 1}" for i in range(m)],
-        outputs=angles + rates[:1],
-        name=rig.name.replace(".", "_"),  # python-control takes no dots
-    )
+    A = np.block([[np.zeros((n, n)), np.eye(n)], [A21, A22]]) + 0.0
+    B = np.vstack([np.zeros((n, m)), B2])
+    states = angle_names(n) + [f"d{name}" for name in angle_names(n)]
+    labels = dict(states=states, inputs=[f"u{i + 1}" for i in range(m)], outputs=states[: n + 1])
+    name = rig.name.replace(".", "_")  # python-control takes no dots
+    return control.ss(A, B, np.eye(n + 1, 2 * n), 0, name=name, **labels)
 
 
 def derived(model, A, B, C, D, *, name, dt=None, more=(), inputs=None):

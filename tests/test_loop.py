@@ -13,7 +13,7 @@ from scipy.linalg import block_diag
 from strategies import between, decades, rigs, weights
 
 import pendlab as pl
-from pendlab.loop import sorted_eigenvalues, transfer
+from pendlab.loop import prepared, sorted_eigenvalues
 from pendlab.nyquist import _phase_change, contour
 
 NYQUIST = np.pi / 0.01
@@ -42,7 +42,7 @@ def test_transfer_of_a_jordan_block():
     A = 0.5 * np.eye(3) + np.eye(3, k=1)
     system = control.ss(A, [[0], [0], [1]], [[1, 0, 0]], 0, 0.01)
     z = np.exp(1j * np.linspace(0, np.pi, 7))
-    np.testing.assert_allclose(transfer(system, z)[:, 0, 0], (z - 0.5) ** -3, rtol=1e-12)
+    np.testing.assert_allclose(prepared(system)(z)[:, 0, 0], (z - 0.5) ** -3, rtol=1e-12)
 
 
 def test_loop_gain_is_the_product(design):
@@ -214,7 +214,7 @@ def test_contour_is_the_curve_that_is_counted(design):
     loop = design.nominal_loop
     z, L = contour(loop, points=4000)
     assert z[0].real > 1 and z[-1] == pytest.approx(-1) and np.all(z.imag > -1e-12)
-    np.testing.assert_allclose(L, np.linalg.det(np.eye(loop.ninputs) + transfer(loop, z)) - 1)
+    np.testing.assert_allclose(L, np.linalg.det(np.eye(loop.ninputs) + prepared(loop)(z)) - 1)
     angle = np.unwrap(np.angle(1 + L))
     assert 2 * (angle[-1] - angle[0]) / (2 * np.pi) == pytest.approx(
         pl.encirclements(loop).turns, abs=1e-6
