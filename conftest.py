@@ -21,6 +21,12 @@ def pytest_configure(config):
     config.option.nbval_sanitize_with = str(Path(__file__).parent / "tests/nbval_sanitize.cfg")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def name_in_examples(doctest_namespace):
+    """Examples in docstrings begin after ``import pendlab as pl``."""
+    doctest_namespace["pl"] = pl
+
+
 @pytest.fixture(scope="session")
 def double():
     return pl.load("double")

@@ -2,7 +2,7 @@
 
 The package carries one control paper (Medrano-Cerda, Eldukhri and Cetin, 1995) from the Lagrangian
 to the rig on the bench. The table below is its contents in reading order; each name is imported
-from its module when first used.
+from its module when first used. Examples in docstrings begin after ``import pendlab as pl``.
 """
 
 from importlib import import_module
@@ -23,7 +23,7 @@ _CONTENTS = {
     # Relative stability (section 4); the whole way as one value
     "loop": (
         "frequency_response frequency_grid open_loop broken_at state_feedback_loop "
-        "closed_loop_eigenvalues loop_gain return_differences time_constant margins"
+        "closed_loop_eigenvalues loop_gain return_differences margins"
     ),
     "nyquist": "encirclements",
     "design": "Design",
@@ -44,7 +44,7 @@ _CONTENTS = {
         "least_effort recoverable_tilt controllability_measures"
     ),
     "studies.structured": "StructuredMargin structured_margin",
-    "studies.transmission": "with_torques closed_loop rms peak_gain",
+    "studies.transmission": "with_torques closed_loop time_constant rms peak_gain",
     "studies.code_export": "to_c",
     "studies.timing": "step_times",
     "studies.pushes": "largest_pulses force_levers",

@@ -82,15 +82,12 @@ def instance(name, value, kind, example=""):
 
 def instances(name, value, kind, other=""):
     """One `kind` or several as a tuple; `other` says what else would have done."""
-    home = f"pl.{kind.__name__}"
     try:
         value = (value,) if isinstance(value, (kind, str)) else tuple(value)
     except Exception:
-        raise TypeError(f"{name}: expected a list of {home}{other}, {found(value)}.") from None
-    for i, one in enumerate(value, 1):
-        if not isinstance(one, kind):
-            raise TypeError(f"{name}: entry {i} must be a {home}, {found(one)}; see {home}.")
-    return value
+        expected = f"a list of pl.{kind.__name__}{other}"
+        raise TypeError(f"{name}: expected {expected}, {found(value)}.") from None
+    return tuple(instance(f"{name}: entry {i}", one, kind) for i, one in enumerate(value, 1))
 
 
 def state_space(name, model, sampled=None):

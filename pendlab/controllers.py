@@ -35,8 +35,7 @@ class Controller:
 
     The functions `start` and `step` keep no state of their own: equal calls give equal results.
 
-    >>> from pendlab import paper_design
-    >>> paper = paper_design("double").controller
+    >>> paper = pl.paper_design("double").controller
     >>> u, state = paper.step(paper.start(), [0.01, 0, 0])
     >>> u.round(3)
     array([1.923])
@@ -108,10 +107,7 @@ class Controller:
         return ControllerState(v, w)
 
     def step(self, state, y, y_ref=0.0):
-        """One sample: (u, next state) from the state, the outputs y and the reference y_ref.
-
-        Steps 2 to 6 of the paper's section 5; `y_ref` is a number or one per tracked output.
-        """
+        """(u, next state): steps 2 to 6 of section 5; y_ref: a number, or one per tracked output."""
         u = self.control(state, y)
         return u, self.update(state, y, u, y_ref)
 
@@ -123,16 +119,11 @@ class Controller:
 def controller(F, observer, dt=0.01, tracked=1, kp=None, *, u_max=None):
     """The paper's `Controller` from a gain and an observer.
 
-    Parameters
-    ----------
-    F : gain of `pl.lqr`, (m, n + integrators); with `kp` one row less
-    observer, dt, tracked, u_max : as for `Controller`; an index alone will do for `tracked`
-    kp : k_p of motor 2's position loop, V/rad, which adds the row [k_p C_p C, 0] of
-        equation (38); None where F has a row for every motor
+    F is the gain of `pl.lqr`, the rest as for `Controller`. With k_p of motor 2's position loop
+    (`kp`, V/rad) F has one row less and is given the row [k_p C_p C, 0] of equation (38).
 
-    >>> from pendlab import paper_design
-    >>> triple = paper_design("triple")
-    >>> controller(triple.F, triple.observer, kp=10).F.shape
+    >>> triple = pl.paper_design("triple")
+    >>> pl.controller(triple.F, triple.observer, kp=10).F.shape
     (2, 7)
     """
     instance("observer", observer, Observer)

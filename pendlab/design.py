@@ -27,11 +27,10 @@ class Design:
     dt : sampling time, s
     tracked : index of the output with an integrator, or a tuple of them
 
-    ``dataclasses.replace(design, kp=5.0)`` gives the design with one choice changed;
-    ``design.changed(kp=5.0)`` gives the same and keeps what does not depend on the change.
+    ``design.changed(kp=5.0)`` is the design with one choice changed, as `dataclasses.replace` gives
+    it, and keeps what does not depend on the change.
 
-    >>> from pendlab import load
-    >>> Design(load("double"), Q=(0.1, 100, 0, 0.01, 1), R=3, E=0.9).F.round(2)  # (23)
+    >>> pl.Design(pl.load("double"), Q=(0.1, 100, 0, 0.01, 1), R=3, E=0.9).F.round(2)  # (23)
     array([[-254.6 ,  -99.18,  -51.35,  -29.85,    0.55]])
     """
 
@@ -58,11 +57,9 @@ class Design:
 
     def changed(self, **choices):
         """The design with other choices; computed values that do not depend on them go along."""
-        if unknown := choices.keys() - {field.name for field in fields(self)}:
-            raise TypeError(
-                f"{min(unknown)}: no choice of a design; these are "
-                f"{', '.join(field.name for field in fields(self))}."
-            )
+        known = [field.name for field in fields(self)]
+        if unknown := choices.keys() - set(known):
+            raise TypeError(f"{min(unknown)}: no choice of a design; these are {', '.join(known)}.")
         new = replace(self, **choices)
         for name, needs in NEEDS.items():
             if name in self.__dict__ and not needs & choices.keys():

@@ -13,20 +13,15 @@ def lqr(model, Q, R):
     For a sampled model F = (R + B'X B)^-1 B'X A with the stabilising solution X of the discrete
     Riccati equation; for a continuous one the sum is an integral and F = R^-1 B'X.
 
-    Parameters
-    ----------
-    model : control.StateSpace with n states and m inputs
-    Q : weights of the states, n x n symmetric and positive semidefinite, or the n diagonal entries
-    R : weights of the inputs, m x m symmetric and positive definite, or the m diagonal entries
-        (a number for one input)
+    Q (n x n, positive semidefinite) weighs the n states, R (m x m, positive definite) the m inputs;
+    of each the diagonal entries alone will do, and for one input a number.
 
     ValueError for weights of the wrong size, sign or symmetry, for a mode that no input moves, and
     for one on the stability limit that no weight sees.
 
     Only the ratio of Q to R counts. The paper's weights give (23):
 
-    >>> from pendlab import paper_design
-    >>> lqr(paper_design("double").augmented, [0.1, 100, 0, 0.01, 1], 3).round(2)
+    >>> pl.lqr(pl.paper_design("double").augmented, [0.1, 100, 0, 0.01, 1], 3).round(2)
     array([[-254.6 ,  -99.18,  -51.35,  -29.85,    0.55]])
     """
     state_space("model", model)

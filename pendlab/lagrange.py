@@ -92,7 +92,7 @@ def derive(n_links, n_motors):
     One link gives the simple pendulum, no motor the free one; there are at most n_links - 1 motors.
     Source: Appendix A of the paper, equations (i)-(iii).
 
-    >>> derive(2, 1).H
+    >>> pl.derive(2, 1).H
     Matrix([
     [ G1],
     [-G1]])
@@ -108,9 +108,12 @@ def derive(n_links, n_motors):
 
 @lru_cache
 def _derive(n, m):
-    q, v, u = _column("theta", n), _column("omega", n), _column("u", m)
-    parameters = {name: _row(letter, n) for name, letter in LINK_LETTERS.items()}
-    parameters |= {f"motor_{name}": _row(letter, m) for name, letter in MOTOR_LETTERS.items()}
+    q, v, u = (
+        sp.ImmutableMatrix(count, 1, _symbols(letter, count, real=True))
+        for letter, count in (("theta", n), ("omega", n), ("u", m))
+    )
+    parameters = {name: _symbols(letter, n) for name, letter in LINK_LETTERS.items()}
+    parameters |= {f"motor_{name}": _symbols(letter, m) for name, letter in MOTOR_LETTERS.items()}
     lengths, masses, inertias, coms, frictions, dampings, rotors, gains = parameters.values()
     parameters["g"] = g = sp.Symbol("g", positive=True)
     W = sp.Matrix(n, n, lambda i, j: int(i == j) - int(i == j + 1))
@@ -130,10 +133,11 @@ def _derive(n, m):
     dissipation += sum(dampings[i] * relative_rates[i + 1] ** 2 for i in range(m)) / 2
 
     # cos a cos b + sin a sin b = cos(a - b) folds the mass matrix into its textbook form.
-    mass_matrix = sp.hessian(kinetic, list(v)).applyfunc(_fold)
+    mass_matrix = sp.hessian(kinetic, list(v))
+    for fold in (sp.expand, sp.fu, sp.expand):
+        mass_matrix = mass_matrix.applyfunc(fold)
     kinetic = sp.expand((v.T * mass_matrix * v)[0] / 2)
-    momentum_bias = (mass_matrix * v).jacobian(q) * v - _gradient(kinetic, q)
-    bias = momentum_bias + _gradient(potential, q) + _gradient(dissipation, v)
+    bias = (mass_matrix * v).jacobian(q) * v + (potential - kinetic).diff(q) + dissipation.diff(v)
     bias = bias.applyfunc(sp.expand)
 
     matrices = mass_matrix, bias.jacobian(v), bias.jacobian(q)
@@ -143,18 +147,6 @@ def _derive(n, m):
     return EquationsOfMotion(q, v, u, parameters, *energies, mass_matrix, bias, W, M, N, P, H)
 
 
-def _row(letter, count):
-    return sp.symbols(f"{letter}1:{count + 1}", positive=True)
-
-
-def _column(letter, count):
-    return sp.ImmutableMatrix(count, 1, sp.symbols(f"{letter}1:{count + 1}", real=True))
-
-
-def _gradient(scalar, variables):
-    return sp.Matrix([scalar]).jacobian(variables).T
-
-
-def _fold(entry):
-    """Write sums of products of sines and cosines of two angles as cosines of their difference."""
-    return sp.expand(sp.fu(sp.expand(entry)))
+def _symbols(letter, count, **kind):
+    """letter1, letter2, ...: positive numbers where no other `kind` is named."""
+    return sp.symbols(f"{letter}1:{count + 1}", **(kind or dict(positive=True)))

@@ -31,7 +31,7 @@ def frequency_response(system, omega):
     at a pole, as an integrator has at 0.
 
     >>> lag = control.ss([[-1.0]], [[1.0]], [[1.0]], 0)
-    >>> frequency_response(lag, 1.0).tolist()  # 1/(1 + j)
+    >>> pl.frequency_response(lag, 1.0).tolist()  # 1/(1 + j)
     [[[(0.5-0.5j)]]]
     """
     state_space("system", system)
@@ -79,9 +79,8 @@ def open_loop(controller, plant):
     `controller` is a pl.Controller (u = -P y) or, for one of one's own, its control.StateSpace from
     the readings to the voltages; `plant` a sampled model with the same dt.
 
-    >>> from pendlab import paper_design
-    >>> design = paper_design("double")
-    >>> open_loop(design.controller, design.model).nstates  # plant 4, observer 1, integrator 1
+    >>> design = pl.paper_design("double")
+    >>> pl.open_loop(design.controller, design.model).nstates  # plant 4, observer 1, integrator 1
     6
     """
     if isinstance(controller, control.StateSpace):
@@ -106,9 +105,8 @@ def open_loop(controller, plant):
 def state_feedback_loop(model, F):
     """F (zI - A)^-1 B, the loop gain of u = -F x, as a control.StateSpace.
 
-    >>> from pendlab import paper_design
-    >>> design = paper_design("double")
-    >>> round(margins(state_feedback_loop(design.augmented, design.F)).modulus, 3)
+    >>> design = pl.paper_design("double")
+    >>> round(pl.margins(pl.state_feedback_loop(design.augmented, design.F)).modulus, 3)
     0.946
     """
     state_space("model", model)
@@ -121,8 +119,7 @@ def broken_at(loop, index):
 
     The other inputs are u_o = -C_o x, so A becomes A - B_o C_o.
 
-    >>> from pendlab import paper_design
-    >>> broken_at(paper_design("triple").nominal_loop, 0).ninputs
+    >>> pl.broken_at(pl.paper_design("triple").nominal_loop, 0).ninputs
     1
     """
     whole("index", index, most=check_loop(loop).ninputs - 1)
@@ -148,7 +145,7 @@ def check_loop(loop):
 def closed_loop_eigenvalues(loop):
     """Eigenvalues of A - B C, sorted by magnitude, the largest first.
 
-    >>> closed_loop_eigenvalues(control.ss([[1.2]], [[1]], [[0.7]], 0, 0.01)).round(3)
+    >>> pl.closed_loop_eigenvalues(control.ss([[1.2]], [[1]], [[0.7]], 0, 0.01)).round(3)
     array([0.5])
     """
     check_loop(loop)
@@ -164,22 +161,11 @@ def sorted_eigenvalues(A):
     return values[order] + 0.0
 
 
-def time_constant(loop):
-    """Time constant (s) of the slowest closed-loop motion, -dt/ln|z|; inf where it does not decay.
-
-    >>> round(time_constant(control.ss([[1.0]], [[1.0]], [[1 - np.exp(-0.01)]], 0, 0.01)), 6)
-    1.0
-    """
-    largest = np.abs(closed_loop_eigenvalues(loop)[0])
-    return float(-loop.dt / np.log(largest)) if 0 < largest < 1 else float(largest and np.inf)
-
-
 def loop_gain(controller, plant, omega):
     """P(z) G(z) on the unit circle at `omega` (rad/s), shape (len(omega), m, m).
 
-    >>> from pendlab import paper_design
-    >>> design = paper_design("double")
-    >>> abs(loop_gain(design.controller, design.model, 200.0)).round(3)
+    >>> design = pl.paper_design("double")
+    >>> abs(pl.loop_gain(design.controller, design.model, 200.0)).round(3)
     array([[[0.064]]])
     """
     return frequency_response(open_loop(controller, plant), omega)
@@ -245,8 +231,7 @@ def margins(loop, points=2000):
     L(e^(j omega dt)) is real at omega = pi/dt always, and at omega = 0 where no integrator is;
     both ends count as crossings of the real axis. Frequencies: `loop_frequencies`.
 
-    >>> from pendlab import paper_design
-    >>> round(margins(paper_design("double").loop(filters=True)).modulus, 3)  # Fig 8
+    >>> round(pl.margins(pl.paper_design("double").loop(filters=True)).modulus, 3)  # Fig 8
     0.65
     """
     check_loop(loop)
@@ -287,7 +272,7 @@ def frequency_grid(dt, points=1500, lowest=1e-3, eigenvalues=()):
     and closed: from their own frequencies points spread as wide as each peak until the grid takes
     over, and the grid begins well below the slowest.
 
-    >>> frequency_grid(0.01, 6, 1.0).round(1)
+    >>> pl.frequency_grid(0.01, 6, 1.0).round(1)
     array([  1. ,   4.2,  15.7,  17.7,  74.6, 314.2])
     """
     top = np.pi / number("dt", dt, above=0)

@@ -27,8 +27,7 @@ def linearize(rig):
     A control.StateSpace with 2n states (rad, rad/s), m inputs (V) and n + 1 outputs (rad, rad/s)
     for a `Pendulum` with n links and m motors. Source: Appendix A, equations (ii) and (iii).
 
-    >>> from pendlab import load
-    >>> np.sort(np.linalg.eigvals(linearize(load("double")).A).real).round(2).tolist()
+    >>> np.sort(np.linalg.eigvals(pl.linearize(pl.load("double")).A).real).round(2).tolist()
     [-165.34, -4.94, 0.09, 4.74]
     """
     motion, values = equations(rig)
@@ -70,24 +69,20 @@ def angle_names(n):
 def nonlinear(rig):
     """Nonlinear model f(x, u) -> dx/dt, valid at any angle; gears rigid, no limits.
 
-    M(theta) dv/dt + bias(theta, v) + H u = 0 in absolute angles theta = W^-1 [x1, ..., xn].
+    M(theta) dv/dt + bias(theta, v) + H u = 0 in absolute angles theta = W^-1 [x1, ..., xn], with
+    the 2n states x of `linearize` (rad, rad/s) and the m voltages u (V).
 
-    f takes the 2n entries of x (rad, rad/s) and the m of u (V) of a `Pendulum` with n links and m
-    motors.
-
-    >>> from pendlab import load
-    >>> nonlinear(load("double"))([0, 0, 0, 0], [0])  # upright is an equilibrium
+    >>> pl.nonlinear(pl.load("double"))([0, 0, 0, 0], [0])  # upright is an equilibrium
     array([0., 0., 0., 0.])
     """
     motion, values = equations(rig)
     n, m = rig.n_links, rig.n_motors
     W, *_, H = (np.asarray(matrix, dtype=float) for matrix in motion.linear(*values))
-    evaluate = motion.nonlinear
 
     def f(x, u):
         x, u = array("x", x, (2 * n,)), array("u", u, (m,))
         q, v = np.cumsum(x[:n]), np.cumsum(x[n:])  # absolute: running sums of relative
-        mass_matrix, bias = evaluate(q, v, values)
+        mass_matrix, bias = motion.nonlinear(q, v, values)
         acceleration = np.linalg.solve(mass_matrix, -np.asarray(bias)[:, 0] - H @ u)
         return np.concatenate([x[n:], W @ acceleration]) + 0.0
 
@@ -97,14 +92,12 @@ def nonlinear(rig):
 def energy(rig, x):
     """Kinetic plus potential energy (J) of `rig` at the state x, zero at the lowest hinge.
 
-    >>> from pendlab import load
-    >>> round(energy(load("double"), [0, 0, 0, 0]), 3)  # upright
+    >>> round(pl.energy(pl.load("double"), [0, 0, 0, 0]), 3)  # upright
     2.943
     """
     motion, values = equations(rig)
-    n = rig.n_links
-    x = array("x", x, (2 * n,))
-    return float(motion.total_energy(np.cumsum(x[:n]), np.cumsum(x[n:]), values))
+    q, v = np.split(array("x", x, (2 * rig.n_links,)), 2)
+    return float(motion.total_energy(np.cumsum(q), np.cumsum(v), values))
 
 
 def with_filters(plant, filters):
@@ -114,9 +107,8 @@ def with_filters(plant, filters):
     states follow x: [x, filtered inputs, filtered outputs]; inputs and outputs keep their names.
     `plant` is continuous with m inputs and p outputs; `filters` has their cut-offs f_c (Table 5).
 
-    >>> from pendlab import load
-    >>> rig = load("double")
-    >>> with_filters(linearize(rig), rig.filters).nstates
+    >>> rig = pl.load("double")
+    >>> pl.with_filters(pl.linearize(rig), rig.filters).nstates
     8
     """
     state_space("plant", plant, sampled=False)

@@ -1,11 +1,8 @@
-"""Nyquist contour and encirclements of a sampled loop, counted on the curve.
+"""Nyquist contour and encirclements of a sampled loop, counted on the curve; it is broken at x:
 
-What is counted are the turns of det(I + L) about 0, for one input those of L about -1, as z runs
-once round the unit circle, outward round poles on it. The loop is broken at x:
-
-    --x---> G(z) ---> P(z) --- -1 ---+        L(z) = P(z) G(z)
-      |                              |
-      +------------------------------+
+--x---> G(z) ---> P(z) --- -1 ---+        L(z) = P(z) G(z)
+  |                              |
+  +------------------------------+
 """
 
 from itertools import pairwise
@@ -40,8 +37,7 @@ def encirclements(loop):
     ValueError for a closed-loop eigenvalue on the unit circle (the curve meets the critical point),
     and for poles that rounding does not let us tell from each other.
 
-    >>> from pendlab import paper_design
-    >>> encirclements(paper_design("triple").loop(1))  # Fig 11: one is the integrator's, moved out
+    >>> pl.encirclements(pl.paper_design("triple").loop(1))  # Fig 11, the integrator's included
     Encirclements(turns=3, unstable_open=3, unstable_closed=0)
     """
     check_loop(loop)

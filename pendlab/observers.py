@@ -23,8 +23,7 @@ class Observer:
     T : (p, n), v estimates T x
     L1, L2 : (n, q), (n, p), the inverse of [C; T], equation (7)
 
-    >>> from pendlab import paper_design
-    >>> paper_design("double").observer.T.round(2)  # (24)
+    >>> pl.paper_design("double").observer.T.round(2)  # (24)
     array([[-0.2 ,  0.96, -0.15, -0.1 ]])
     """
 
@@ -65,8 +64,7 @@ class Observer:
         y to xhat, or to the voltages that a gain F (m, n) makes of it. Unlike the condition of
         [C; T], it does not depend on the units of v: (X T, X K) with X E = E X has the same.
 
-        >>> from pendlab import paper_design
-        >>> round(paper_design("double", 2).observer.noise_gain())  # in SI units
+        >>> round(pl.paper_design("double", 2).observer.noise_gain())  # in SI units
         52
         """
         G = np.eye(len(self.L1)) if F is None else array("F", F, (None, len(self.L1)))
@@ -119,7 +117,7 @@ def observer(model, E, T, K):
     ValueError where [C; T] is singular to working precision or TA - ET = KC is not met.
 
     >>> model = control.ss([[1.2, 1], [0, 0.5]], [[0], [1]], [[0.6, 1]], 0, 0.01)
-    >>> observer(model, 0.6, [[1, 0]], [[1]]).L2.round(3)
+    >>> pl.observer(model, 0.6, [[1, 0]], [[1]]).L2.round(3)
     array([[ 1. ],
            [-0.6]])
     """
@@ -155,17 +153,15 @@ def luenberger(model, E, K):
 
     Unique when E and A share no eigenvalue; H is zero only for special K.
 
-    >>> from pendlab import paper_design
-    >>> luenberger(paper_design("double").model, 0.9, [[1, 2, 3]]).H.round(4)
+    >>> pl.luenberger(pl.paper_design("double").model, 0.9, [[1, 2, 3]]).H.round(4)
     array([[0.6115]])
     """
-    E = _sized(model, E)
+    E = _apart(model, _sized(model, E))
     K = array("K", K, (len(E), model.noutputs))
     if not 0 < np.abs(K).max() < 1e100:
         raise ValueError(
             "K: expected entries up to 1e100, not all zero, found others; zeros alone give T = 0."
         )
-    _apart(model, E)
     return observer(model, E, solve_sylvester(-E, model.A, K @ model.C), K)
 
 
@@ -266,12 +262,10 @@ def observer_family(model, E):
     Sources: equations (5)-(7) and (12) of the paper; Kudva, Viswanadham and Ramakrishna 1980;
     Hautus 1983; Darouach, Zasadzinski and Xu 1994.
 
-    >>> from pendlab import paper_design
-    >>> observer_family(paper_design("double").model, 0.9).dimension
+    >>> pl.observer_family(pl.paper_design("double").model, 0.9).dimension
     2
     """
-    E = _sized(model, E)
-    _apart(model, E)
+    E = _apart(model, _sized(model, E))
     S = kronecker_matrix(model.A, model.B, model.C, E)
     family = ObserverFamily(model, E, S, canonical_basis(_null_rows(S)))
     try:
@@ -305,12 +299,9 @@ def kronecker_matrix(A, B, C, E):
     """S of equation (12) for alpha = [rows of T, rows of K]."""
     I_E, I_A = np.eye(len(E)), np.eye(len(A))
     p, q, m = len(E), len(C), B.shape[1]
-    return np.block(
-        [
-            [np.kron(I_E, A.T) - np.kron(E, I_A), -np.kron(I_E, C.T)],
-            [np.kron(I_E, B.T), np.zeros((p * m, p * q))],
-        ]
-    )
+    upper = [np.kron(I_E, A.T) - np.kron(E, I_A), -np.kron(I_E, C.T)]  # TA - ET - KC = 0
+    lower = [np.kron(I_E, B.T), np.zeros((p * m, p * q))]  # TB = 0
+    return np.block([upper, lower])
 
 
 def canonical_basis(rows):
@@ -332,10 +323,11 @@ def canonical_basis(rows):
 
 
 def _apart(model, E):
-    """Refuse an E with an eigenvalue of A."""
+    """E, if no eigenvalue of A is one of its own."""
     for value in np.linalg.eigvals(E):
         if np.abs(np.linalg.eigvals(model.A) - value).min() < 1e-9:
             raise ValueError(
                 f"E: shares the eigenvalue {plain(value, 6)} with A, so TA - ET = KC does not determine "
                 "T from K; move it a little."
             )
+    return E

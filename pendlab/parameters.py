@@ -29,7 +29,7 @@ class Link:
     com : distance from the lower hinge to the centre of mass, m
     friction : viscous, of the lower hinge, N m s
 
-    >>> Link(length=0.5, mass=0.4, inertia=0.01, com=0.25, friction=0.02).com
+    >>> pl.Link(length=0.5, mass=0.4, inertia=0.01, com=0.25, friction=0.02).com
     0.25
     """
 
@@ -54,7 +54,7 @@ class Motor:
     gain : torque per volt, N m / V
     ratio : gear ratio, turns of the rotor per turn of the shaft
 
-    >>> Motor(damping=7.73, inertia=0.0358, gain=2.0, ratio=236).gain  # Table 3
+    >>> pl.Motor(damping=7.73, inertia=0.0358, gain=2.0, ratio=236).gain  # Table 3
     2.0
     """
 
@@ -77,7 +77,7 @@ def _in_range(part, may_be_zero):
 class Filters:
     """Cut-off frequencies (Hz) of the first-order filters, one per motor voltage and per output.
 
-    >>> Filters([6.05], [15.9, 15.9, 40]).input_hz
+    >>> pl.Filters([6.05], [15.9, 15.9, 40]).input_hz
     (6.05,)
     """
 
@@ -102,10 +102,8 @@ class Pendulum:
     g : acceleration of gravity, m/s^2
     name : for titles and messages
 
-    ValueError where the numbers of links, motors, filters and limits do not fit each other.
-
-    >>> double = load("double")
-    >>> Pendulum(double.links, double.motors).u_max  # without limits
+    >>> double = pl.load("double")
+    >>> pl.Pendulum(double.links, double.motors).u_max  # without limits
     (inf,)
     """
 
@@ -148,7 +146,7 @@ class Pendulum:
 def rigs():
     """Names of the rigs in ``data/rigs``.
 
-    >>> rigs()
+    >>> pl.rigs()
     ['double', 'triple']
     """
     return sorted(path.stem for path in (DATA / "rigs").glob("*.toml"))
@@ -166,7 +164,7 @@ def load(name):
 
     ValueError for an unknown rig, or with file and entry that is missing, damaged or unknown.
 
-    >>> load("double").n_links
+    >>> pl.load("double").n_links
     2
     """
     if not isinstance(name, (str, Path)):

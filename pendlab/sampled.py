@@ -16,7 +16,7 @@ def sample(plant, dt=0.01, delay=0.0):
     from reading to sending the old voltage u(n-1) holds for so long; it joins the state, last.
 
     >>> from control import ss
-    >>> sample(ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], 0), 0.5).A
+    >>> pl.sample(ss([[0, 1], [0, 0]], [[0], [1]], [[1, 0]], 0), 0.5).A
     array([[1. , 0.5],
            [0. , 1. ]])
     """
@@ -51,8 +51,7 @@ def align(model, kp):
     drives hinge i+1, so the angle of the last motor's hinge is output number m counted from 0.
     `model` has at least two inputs and is continuous or sampled; `kp` is in V/rad.
 
-    >>> from pendlab import linearize, load
-    >>> align(sample(linearize(load("triple"))), kp=10).input_labels
+    >>> pl.align(pl.sample(pl.linearize(pl.load("triple"))), kp=10).input_labels
     ['u1']
     """
     state_space("model", model)
@@ -78,12 +77,12 @@ def add_integrator(model, output):
     w(n+1) = w(n) + Ts (y_r(n) - y_2(n)), written here for y_r = 0. `output` is the index or name of
     the output that tracks a reference, or a list of them, each with its integrator.
 
-    >>> from pendlab import linearize, load
-    >>> add_integrator(sample(linearize(load("double"))), 1).state_labels[-1]
+    >>> pl.add_integrator(pl.sample(pl.linearize(pl.load("double"))), 1).state_labels[-1]
     'w'
     """
     state_space("model", model, sampled=True)
-    tracked = output_indices(model, output)
+    outputs = output if isinstance(output, (list, tuple)) else [output]
+    tracked = [_index(model.output_labels, one) for one in outputs]
     if len(set(tracked)) < len(tracked):
         raise ValueError(f"output: each output takes one integrator, {found(output)}.")
     n, count, C, D = model.nstates, len(tracked), model.C, model.D
@@ -94,19 +93,12 @@ def add_integrator(model, output):
     return derived(model, A, B, C, D, name=f"{model.name} with integrator", more=more)
 
 
-def output_indices(model, output):
-    """Indices of the outputs named by `output`: an index, a name, or a list of them."""
-    wanted = output if isinstance(output, (list, tuple)) else [output]
-    labels = model.output_labels
-    indices = []
-    for item in wanted:
-        try:
-            known = isinstance(item, str) and item in labels
-            index = labels.index(item) if known else whole("output", item, most=len(labels) - 1)
-        except ValueError:
-            raise ValueError(
-                f"output: expected an index from 0 to {len(labels) - 1} or one of "
-                f"{', '.join(labels)}, {found(item)}."
-            ) from None
-        indices.append(index)
-    return indices
+def _index(labels, output):
+    """The index of an output that is given by its index or by its name."""
+    if isinstance(output, str) and output in labels:
+        return labels.index(output)
+    try:
+        return whole("output", output, most=len(labels) - 1)
+    except ValueError:
+        known = f"an index from 0 to {len(labels) - 1} or one of {', '.join(labels)}"
+        raise ValueError(f"output: expected {known}, {found(output)}.") from None

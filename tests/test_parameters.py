@@ -94,7 +94,7 @@ def test_bad_motor(field, bad, error):
         ),
         (lambda: build(filters=pl.Filters([5], [9] * 2)), ValueError, "filters.output_hz: expect"),
         (lambda: pl.Filters([-5], [9]), ValueError, r"Filters input_hz\[0\]: expected a number"),
-        (lambda: pl.Pendulum([LINK] * 2, []), TypeError, "links: entry 1 must be a pl.Link"),
+        (lambda: pl.Pendulum([LINK] * 2, []), TypeError, "links: entry 1: expected a pl.Link"),
         (lambda: pl.Pendulum(3, []), TypeError, "links: expected a list of pl.Link, found 3"),
         (lambda: pl.Pendulum(pl.Link(**LINK), []), ValueError, "links: expected at least 2"),
     ],

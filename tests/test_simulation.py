@@ -674,7 +674,7 @@ def test_wrong_kinds_are_named(triple_design):
         pl.simulate(rig, object(), 1.0)
     with pytest.raises(TypeError, match=r"imperfections: expected a pl\.Imperfections"):
         pl.simulate(rig, c, 1.0, imperfections=dict(gap=0.05))
-    with pytest.raises(TypeError, match=r"disturbance: entry 1 must be a pl\.Pulse"):
+    with pytest.raises(TypeError, match=r"disturbance: entry 1: expected a pl\.Pulse"):
         pl.simulate(rig, c, 1.0, disturbance=[0.1])
     with pytest.raises(
         TypeError, match=r"disturbance: expected a list of pl\.Pulse or a function of t, found 0\.1"

@@ -420,7 +420,7 @@ def public():
             yield from (
                 f"{name}.{key}"
                 for key, value in vars(thing).items()
-                if inspect.isfunction(value) and not key.startswith("_")
+                if isinstance(value, (FunctionType, staticmethod)) and not key.startswith("_")
             )
 
 

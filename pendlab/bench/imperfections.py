@@ -210,9 +210,8 @@ def bench_rig(rig, *, foreign=False):
     ------
     ValueError : a rig that the file does not know, or a damaged entry
 
-    >>> from ..parameters import load
-    >>> paper = load("double")
-    >>> bench_rig(paper).motors[0].damping > paper.motors[0].damping
+    >>> paper = pl.load("double")
+    >>> pl.bench_rig(paper).motors[0].damping > paper.motors[0].damping
     True
     """
     path, table, _ = _bench(rig)

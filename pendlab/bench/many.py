@@ -68,7 +68,6 @@ def simulate_many(
 
     Examples
     --------
-    >>> import pendlab as pl
     >>> design = pl.paper_design("double")
     >>> cases = [dict(initial=(lean, 0)) for lean in (0.05, 0.1)]
     >>> runs = pl.simulate_many(design.rig, design.controller, 5.0, cases, progress=False)

@@ -116,7 +116,6 @@ def simulate(
     --------
     The paper's double is led to a relative angle of 0.05 rad; its integrator takes 10 s.
 
-    >>> import pendlab as pl
     >>> design = pl.paper_design("double")
     >>> run = pl.simulate(design.rig, design.controller, 60.0, reference=0.05)
     >>> print(run.fell, run.angles[-1, 1].round(3))

@@ -7,9 +7,10 @@ frames that stay, and renews caption and description.
 
 import numpy as np
 
-from ..loop import closed_loop_eigenvalues, time_constant
+from ..loop import closed_loop_eigenvalues
 from ..paper.alignment import alignment_interval
 from ..paper.designs import paper_design
+from ..studies.transmission import time_constant
 from .frequency import decibels, draw_loops, draw_sigma_min, nyquist, sigma_min
 from .outcomes import (
     gain_in_words,

@@ -16,8 +16,7 @@ def alignment_interval(model):
     ----------
     model : control.StateSpace with at least two inputs, as for `pl.align`
 
-    >>> from pendlab import linearize, load, sample
-    >>> [round(kp, 3) for kp in alignment_interval(sample(linearize(load("triple"))))]
+    >>> [round(kp, 3) for kp in pl.alignment_interval(pl.sample(pl.linearize(pl.load("triple"))))]
     [0.785, 72.36]
     """
 

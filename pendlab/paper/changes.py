@@ -28,7 +28,7 @@ def changed(name, part, factor=0.0):
 
     Factor 0 takes the part away; for the damping of motor 1 that is the data sheet's value.
 
-    >>> changed("double", "gap 1")["imperfections"].gap
+    >>> pl.changed("double", "gap 1")["imperfections"].gap
     (0.0,)
     """
     one_of("part", part, PARTS)

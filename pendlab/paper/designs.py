@@ -31,7 +31,7 @@ def paper_design(name, observer=1):
     -------
     Design with the member of the null space that rounds to the printed T, K and [L1 L2]
 
-    >>> paper_design("triple").kp
+    >>> pl.paper_design("triple").kp
     10.0
     """
     whole_number = isinstance(observer, (int, np.integer)) and not isinstance(observer, bool)

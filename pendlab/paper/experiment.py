@@ -26,7 +26,7 @@ FIGURES = {"triple": (("15", "16"), 37.0), "double": (("17",), 18.0)}
 def bench_run(name, t_end=37.0):
     """The paper's rig and controller on the bench of ``data/gearbox.toml``, from its start by hand.
 
-    >>> bench_run("double", t_end=1.0).fell
+    >>> pl.bench_run("double", t_end=1.0).fell
     False
     """
     paper_design(name)
@@ -66,7 +66,7 @@ def bench_ensemble(
     ------
     ValueError, TypeError : an unknown name, a count below 1, a negative spread
 
-    >>> len(bench_ensemble("double", count=2))
+    >>> len(pl.bench_ensemble("double", count=2))
     2
     """
     paper = paper_design(_known(name)).rig
@@ -115,7 +115,7 @@ def tick_intervals(name):
     first tick that encloses the data, so the largest reading lies within one tick below the
     upper limit, and the smallest within one tick above the lower.
 
-    >>> tick_intervals("double")["17c max"]
+    >>> pl.tick_intervals("double")["17c max"]
     (2.0, 3.0)
     """
     intervals = {}
@@ -137,7 +137,7 @@ def tick_hits(name, runs=None):
     runs : runs to judge; default ``bench_ensemble(name)``. A run that falls before the end of a
         panel meets none of its extremes
 
-    >>> list(tick_hits("double"))
+    >>> list(pl.tick_hits("double"))
     ['17a min', '17a max', '17b min', '17b max', '17c min', '17c max']
     """
     intervals = tick_intervals(name)

@@ -81,7 +81,7 @@ class Published:
         ------
         TypeError, ValueError : `ours` is not real or has another shape
 
-        >>> f"{published('sec4.double.E').worst(0.91):.1f}"
+        >>> f"{pl.published('sec4.double.E').worst(0.91):.1f}"
         '0.2'
         """
         if np.iscomplexobj(ours):
@@ -98,7 +98,7 @@ class Published:
     def holds(self, ours):
         """Whether every entry of `ours` agrees to half a unit of the last printed digit.
 
-        >>> published("eq18.eigenvalue.k_p_10").holds(0.14884)
+        >>> pl.published("eq18.eigenvalue.k_p_10").holds(0.14884)
         True
         """
         return self.worst(ours) <= 1 + SLACK
@@ -123,7 +123,7 @@ FIELDS = (*REQUIRED, "note", "known")
 def published(key=None):
     """One printed number by key, or all of them as a tuple in the paper's order.
 
-    >>> published("sec4.double.R").values
+    >>> pl.published("sec4.double.R").values
     array(3.)
 
     Raises

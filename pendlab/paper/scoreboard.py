@@ -111,7 +111,7 @@ def scoreboard(keys=None):
     keys : only entries whose key starts with one of these (a string or a list of them), such as
         ``"eq23"``; all where None
 
-    >>> scoreboard("eq23").totals["reproduced"]
+    >>> pl.scoreboard("eq23").totals["reproduced"]
     1
     """
     wanted = ("",) if keys is None else (keys,) if isinstance(keys, str) else keys

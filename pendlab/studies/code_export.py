@@ -176,8 +176,7 @@ def to_c(controller, path=None, single=False, name="pendulum"):
     TypeError : not a `Controller`
     ValueError : a prefix that C does not take, a file that cannot be written
 
-    >>> from pendlab import paper_design
-    >>> print(to_c(paper_design("double").controller).splitlines()[0])
+    >>> print(pl.to_c(pl.paper_design("double").controller).splitlines()[0])
     /* Sampled controller for an inverted pendulum, sampling time 0.01 s.
     """
     instance("controller", controller, Controller, "design.controller")

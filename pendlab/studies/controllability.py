@@ -35,7 +35,7 @@ def controllability_ratio(A, B):
     ----------
     Furuta et al. 1984, as the paper's introduction reports it.
 
-    >>> controllability_ratio([[0, 1], [0, 0]], [[0], [1]])
+    >>> pl.controllability_ratio([[0, 1], [0, 0]], [[0], [1]])
     1.0
     """
     A, B = _pair(A, B)
@@ -80,7 +80,7 @@ def distance_to_uncontrollability(A, B, tolerance=1e-2):
     ----------
     Eising 1984; Gahinet and Laub 1992.
 
-    >>> distance, s = distance_to_uncontrollability([[0, 1], [0, 0]], [[0], [1]])
+    >>> distance, s = pl.distance_to_uncontrollability([[0, 1], [0, 0]], [[0], [1]])
     >>> round(distance**2, 6), round(abs(s), 3)
     (0.75, 0.5)
     """
@@ -163,8 +163,7 @@ def in_units(plant, angle=1.0, second=1.0, volts=1.0):
     -------
     A (2n, 2n), B (2n, m)
 
-    >>> from pendlab import load
-    >>> A, B = in_units(linearize(load("double")), second=0.2)
+    >>> A, B = pl.in_units(pl.linearize(pl.load("double")), second=0.2)
     >>> bool(A[0, 2] == 1)  # an angle grows by one per unit of time at rate one
     True
     """
@@ -200,8 +199,7 @@ def with_bar(rig, link, inertia, mass=0.0, height=None):
     -------
     Pendulum
 
-    >>> from pendlab import load
-    >>> wider = with_bar(load("double"), 2, inertia=0.1)
+    >>> wider = pl.with_bar(pl.load("double"), 2, inertia=0.1)
     >>> round(wider.links[1].inertia, 4)
     0.1305
     """
@@ -237,8 +235,7 @@ def least_effort(rig, x0):
     -----
     The cost of the linear quadratic regulator (22) with R = diag(1/u_max^2) as Q goes to zero.
 
-    >>> from pendlab import load
-    >>> round(least_effort(load("double"), [0.05, 0, 0, 0]), 2)
+    >>> round(pl.least_effort(pl.load("double"), [0.05, 0, 0, 0]), 2)
     0.13
     """
     A_u, B_u, z = _unstable(rig, "x0", x0)
@@ -267,8 +264,7 @@ def recoverable_tilt(rig, direction=None):
     -------
     float : rad of theta1 for the default direction; inf for one that comes to rest by itself
 
-    >>> from pendlab import load
-    >>> round(recoverable_tilt(load("triple")), 3)
+    >>> round(pl.recoverable_tilt(pl.load("triple")), 3)
     0.182
     """
     A_u, B_u, z = _unstable(rig, "direction", direction)
@@ -333,8 +329,7 @@ def controllability_measures(rig, angle=0.1, second=0.2):
     The units are the same for all rigs that are compared: 0.1 rad is what the paper's Figs 15 to 17
     show, 0.2 s the time constant of the fall, and the limit what a motor can do at most.
 
-    >>> from pendlab import load
-    >>> round(controllability_measures(load("double")).tilt, 3)  # rad
+    >>> round(pl.controllability_measures(pl.load("double")).tilt, 3)  # rad
     0.094
     """
     A, B = in_units(linearize(rig), angle, second, rig.u_max)

@@ -65,9 +65,8 @@ def largest_pulses(
     ------
     ValueError : a rig that falls without any push, or that no push makes fall in time
 
-    >>> from pendlab import paper_design
-    >>> design = paper_design("double")
-    >>> found = largest_pulses(design.rig, design.controller, [0.05], recovery=2.0, accuracy=0.1)
+    >>> design = pl.paper_design("double")
+    >>> found = pl.largest_pulses(design.rig, design.controller, [0.05], recovery=2.0, accuracy=0.1)
     >>> found.heights.round(1).tolist()
     [[1.0], [1.0]]
     """
@@ -146,8 +145,7 @@ def force_levers(rig):
     -------
     (n, n) array, row i for a force on link i + 1, m
 
-    >>> from pendlab import load
-    >>> force_levers(load("double"))
+    >>> pl.force_levers(pl.load("double"))
     array([[0.1291, 0.    ],
            [0.174 , 0.217 ]])
     """

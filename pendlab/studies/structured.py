@@ -56,8 +56,7 @@ def structured_sigma(L):
 def structured_margin(loop, points=3000):
     """`StructuredMargin` of a sampled loop with two inputs, such as ``design.filtered_loop``.
 
-    >>> from pendlab import paper_design
-    >>> margin = structured_margin(paper_design("triple").filtered_loop)
+    >>> margin = pl.structured_margin(pl.paper_design("triple").filtered_loop)
     >>> round(margin.value, 3), margin.stable
     (0.042, True)
     """

@@ -27,8 +27,7 @@ def step_times(controller, repeat=500):
     controller : Controller
     repeat : how many steps the medians are taken of, up to 100000
 
-    >>> from pendlab import paper_design
-    >>> times = step_times(paper_design("double").controller, repeat=20)
+    >>> times = pl.step_times(pl.paper_design("double").controller, repeat=20)
     >>> min(times.to_send, times.to_end) > 0
     True
     """

@@ -11,7 +11,7 @@ import numpy as np
 
 from .._arguments import flag, instance, numbers, state_space
 from ..design import Design
-from ..loop import frequency_grid, frequency_response, least
+from ..loop import closed_loop_eigenvalues, frequency_grid, frequency_response, least
 from ..models import angle_names, equations, with_filters
 from ..parameters import Pendulum
 from ..sampled import sample
@@ -33,8 +33,7 @@ def with_torques(plant, rig):
     -------
     control.StateSpace with the inputs ``torque 1`` ... ``torque n`` (N m) behind those of `plant`
 
-    >>> from pendlab import linearize, load
-    >>> with_torques(linearize(load("double")), load("double")).input_labels
+    >>> pl.with_torques(pl.linearize(pl.load("double")), pl.load("double")).input_labels
     ['u1', 'torque 1', 'torque 2']
     """
     n = instance("rig", rig, Pendulum, 'pl.load("triple")').n_links
@@ -76,8 +75,7 @@ def closed_loop(design, filters=True):
     output (rad). Outputs: the n true relative angles (rad), then the m voltages (V).
     ``closed_loop(d)["u1", "torque 3"]`` picks one path.
 
-    >>> from pendlab import paper_design
-    >>> closed_loop(paper_design("double")).output_labels
+    >>> pl.closed_loop(pl.paper_design("double")).output_labels
     ['theta1', 'theta2-theta1', 'u1']
     """
     instance("design", design, Design, 'pl.paper_design("triple")')
@@ -117,6 +115,16 @@ def closed_loop(design, filters=True):
     )
 
 
+def time_constant(loop):
+    """Time constant (s) of the slowest closed-loop motion, -dt/ln|z|; inf where it does not decay.
+
+    >>> round(pl.time_constant(control.ss([[1.0]], [[1.0]], [[1 - np.exp(-0.01)]], 0, 0.01)), 6)
+    1.0
+    """
+    largest = np.abs(closed_loop_eigenvalues(loop)[0])
+    return float(-loop.dt / np.log(largest)) if 0 < largest < 1 else float(largest and np.inf)
+
+
 def rms(system, deviations=1.0):
     """RMS value of each output under independent white noise at the inputs: weighted H2 norms.
 
@@ -137,7 +145,7 @@ def rms(system, deviations=1.0):
     ValueError : a system that is not sampled or not stable
 
     >>> lag = control.ss([[0.6]], [[1.0]], [[1.0]], 0, 0.01)  # variance 1/(1 - 0.6^2) = 1.25^2
-    >>> rms(lag).round(6).tolist()
+    >>> pl.rms(lag).round(6).tolist()
     [1.25]
     """
     _stable(system)
@@ -181,7 +189,7 @@ def peak_gain(system, points=3000):
     value, omega (rad/s)
 
     >>> lag = control.ss([[0.6]], [[1.0]], [[1.0]], 0, 0.01)  # 1/(1 - 0.6) at rest
-    >>> value, omega = peak_gain(lag)
+    >>> value, omega = pl.peak_gain(lag)
     >>> round(value, 6), omega
     (2.5, 0.0)
     """

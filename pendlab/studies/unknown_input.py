@@ -48,9 +48,8 @@ def unknown_input_observer(model, noise, process=None):
     Control 39, 606-609; Hautus 1983, Linear Algebra Appl. 50, 353-368; Maciejowski 1985, IEEE
     Trans. Autom. Control 30, 602-605 (the current estimator recovers, the predictor cannot).
 
-    >>> from pendlab import paper_design
-    >>> filter = unknown_input_observer(paper_design("double").model, [1e-6, 1e-6, 1e-4])
-    >>> filter.residuals(paper_design("double").model)["H - TB"] < 1e-12
+    >>> filter = pl.unknown_input_observer(pl.paper_design("double").model, [1e-6, 1e-6, 1e-4])
+    >>> filter.residuals(pl.paper_design("double").model)["H - TB"] < 1e-12
     True
     """
     A, B, C = (getattr(state_space("model", model, sampled=True), part) for part in "ABC")

@@ -161,8 +161,8 @@ def test_a_quota_on_the_cache_costs_time_only(tmp_path, seed, expected):
 
 
 @pytest.mark.parametrize("bad, kind, message", [
-    (dict(rigs="double"), TypeError, "rigs: entry 1 must be a pl.Pendulum, found 'double'"),
-    (dict(rigs=[pl.load("double"), 3]), TypeError, "rigs: entry 2 must be a pl.Pendulum, found 3"),
+    (dict(rigs="double"), TypeError, "rigs: entry 1: expected a pl.Pendulum, found 'double'"),
+    (dict(rigs=[pl.load("double"), 3]), TypeError, "rigs: entry 2: expected a pl.Pendulum, found 3"),
     (dict(rigs=[], folder=""), TypeError, "folder: expected the path of a folder"),
     (dict(rigs=[], folder=__file__), ValueError, "folder: .* cannot be written"),
 ])  # fmt: skip

@@ -6,7 +6,7 @@ import numpy as np
 
 from ..._arguments import number
 from ...bench.simulation import simulate
-from ...loop import time_constant
+from ...studies.transmission import time_constant
 from .acceptance import (
     REAL,
     before,
