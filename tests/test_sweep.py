@@ -15,6 +15,7 @@ import signal
 import warnings
 from contextlib import contextmanager
 from pathlib import Path
+from types import FunctionType
 
 import control
 import numpy as np
