@@ -255,8 +255,8 @@ def margins(loop, points=2000):
     if np.abs(on_circle(loop.A) - 1).min() > ON_CIRCLE:
         real_axis.insert(0, 0.0)
     real = [(at(w).real, w) for w in real_axis]
-    up = min(((-1 / x, w) for x, w in real if -1 < x < 0), default=(np.inf, np.nan))
-    down = max(((-1 / x, w) for x, w in real if x < -1), default=(0.0, np.nan))
+    up = min(((-1 / x, w) for x, w in real if -1 <= x < 0), default=(np.inf, np.nan))
+    down = max(((-1 / x, w) for x, w in real if x <= -1), default=(0.0, np.nan))
     crossover = crossings(omega, np.abs(L) - 1, lambda w: abs(at(w)) - 1)
     phase = min(((abs(np.angle(-at(w))), w) for w in crossover), default=(np.inf, np.nan))
     modulus = least(lambda w: np.abs(1 + L_at(w)), omega)

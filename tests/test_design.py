@@ -123,6 +123,14 @@ def test_aligned_loop_broken_at_input_1_is_the_state_feedback_loop(triple_design
     broken = pl.frequency_response(triple_design.loop(0), omega)
     wanted = pl.frequency_response(triple_design.state_feedback_loop, omega)
     np.testing.assert_allclose(broken, wanted, rtol=1e-5, atol=1e-7)
+    np.testing.assert_array_equal(broken, pl.frequency_response(triple_design.loop(), omega))
+
+
+def test_a_loop_is_broken_at_a_motor_of_the_rig(design):
+    m = design.rig.n_motors
+    assert design.loop(m - 1).ninputs == 1
+    with pytest.raises(ValueError, match=f"index: expected a whole number .* at most {m - 1}"):
+        design.loop(m)
 
 
 def test_both_motors_by_the_regulator_with_two_references(triple):

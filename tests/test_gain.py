@@ -92,8 +92,10 @@ def test_first_order_in_closed_form():
     a, b, q, r = 1.2, 0.5, 2.0, 3.0
     p = r * (1 - a**2) - q * b**2
     X = (-p + np.sqrt(p**2 + 4 * b**2 * q * r)) / (2 * b**2)
-    F = pl.lqr(control.ss([[a]], [[b]], [[1]], 0, 0.1), q, r)
-    assert F.item() == pytest.approx(a * b * X / (r + b**2 * X), rel=1e-12)
+    model = control.ss([[a]], [[b]], [[1]], 0, 0.1)
+    assert pl.lqr(model, q, r).item() == pytest.approx(a * b * X / (r + b**2 * X), rel=1e-12)
+    # Without any weight of the state the eigenvalue is mirrored in the circle: least voltage.
+    assert a - b * pl.lqr(model, 0, r).item() == pytest.approx(1 / a, rel=1e-12)
 
 
 def test_continuous_model(triple):

@@ -184,7 +184,7 @@ def test_encirclements_of_the_papers_loops(design):
 
 @pytest.mark.parametrize(
     "place, width, change",
-    [(0.3012, 1e-3, 4 * np.pi + 1), (0.7954, 1.27e-4, -19.26)],
+    [(0.3012, 1e-3, 4 * np.pi + 1), (0.7954, 1.27e-4, -19.26), (0.3012, 1e-9, 4 * np.pi + 1)],
 )
 def test_turns_within_one_step_are_followed(place, width, change):
     """Turns within less than one step of 1/200 are seen only by halving the steps at that place."""
@@ -325,6 +325,13 @@ def test_margins_of_an_unstable_loop_say_so():
     assert not found.stable and found.gain_up == pytest.approx(2.0)
 
 
+def test_margins_of_a_loop_on_the_limit_are_used_up():
+    """x+ = 1.5 x + u, u = -0.5 x: the eigenvalue 1 stands on the circle, neither way is left."""
+    found = pl.margins(control.ss([[1.5]], [[1.0]], [[0.5]], 0, 0.01))
+    assert (found.gain_up, found.gain_down) == (1, 1) and not found.stable
+    assert found.modulus == pytest.approx(0, abs=1e-4)
+
+
 def test_margins_without_any_crossing():
     found = pl.margins(control.ss([[0.5]], [[1.0]], [[0.1]], 0, 0.01))
     assert (found.gain_down, found.phase, found.crossover) == (0.0, np.inf, ())
@@ -335,6 +342,21 @@ def test_frequency_grid():
     omega = pl.frequency_grid(0.01, points=200, lowest=0.1)
     assert np.all(np.diff(omega) > 0)
     assert (omega[0], omega[-1]) == (pytest.approx(0.1), pytest.approx(NYQUIST))
+
+
+@pytest.mark.parametrize("width", [0.0, 1e-5])
+def test_frequency_grid_spreads_round_a_resonance(width):
+    """As many points below its frequency as above, from a quarter of its width; none on a pole."""
+    own = 20.0
+    omega = pl.frequency_grid(0.01, 200, eigenvalues=[np.exp((-width + 1j * own) * 0.01)])
+    near = omega[np.abs(omega - own) < 0.5]
+    assert len(near) > 10
+    np.testing.assert_allclose(2 * own - near[::-1], near, rtol=1e-12)
+    distances = np.unique(np.abs(near - own))
+    if width:
+        assert distances[0] < 1e-12 and distances[1] == pytest.approx(width / 4, rel=1e-6)
+    else:
+        assert distances[0] > 1e-9
 
 
 @pytest.mark.parametrize(

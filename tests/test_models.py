@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 from strategies import rigs, states
 
 import pendlab as pl
+from pendlab.models import derived
 
 
 def with_friction(rig, factor):
@@ -172,6 +173,16 @@ def test_filters_add_their_poles_and_keep_the_gain(rig):
     np.testing.assert_allclose(
         filtered(0, squeeze=False), plant(0, squeeze=False), rtol=1e-6, atol=1e-9
     )
+
+
+@pytest.mark.parametrize("part", [0, 1, 2])
+def test_a_result_beyond_all_numbers_is_refused(double, part):
+    model = pl.linearize(double)
+    parts = [model.A, model.B, model.C, model.D]
+    assert derived(model, *parts, name="same").state_labels == model.state_labels
+    parts[part] = parts[part] + np.inf
+    with pytest.raises(ValueError, match="model: the result 'large' is not finite"):
+        derived(model, *parts, name="large")
 
 
 def test_filters_of_a_model_with_direct_feedthrough():

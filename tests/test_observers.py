@@ -1,5 +1,7 @@
 """Reduced-order observers: the identities (5)-(7), the whole family, and what cannot work."""
 
+import dataclasses
+
 import control
 import numpy as np
 import pytest
@@ -88,6 +90,12 @@ def test_canonical_basis_with_equal_columns():
     for seed in range(20):
         basis = canonical_basis(rotation(2, seed) @ rows)
         np.testing.assert_allclose(basis, rows, atol=1e-14)
+
+
+@pytest.mark.parametrize("more, leads", [(1e-11, 0), (1e-8, 1)])
+def test_columns_are_equal_within_nine_digits(more, leads):
+    basis = canonical_basis(np.array([[1.0, -1.0 - more]]) / np.hypot(1.0, 1.0 + more))
+    assert basis[0, leads] > 0 > basis[0, 1 - leads]
 
 
 def test_family_does_not_depend_on_rounding(design):
@@ -248,6 +256,15 @@ def test_singular_members_are_refused(triple_design):
         family.member(equal)
 
 
+@pytest.mark.parametrize("part, law", [("K", "TA"), ("H", "H"), ("L1", "L1")])
+def test_residuals_tell_how_far_an_observer_is_off(triple_design, part, law):
+    off = getattr(triple_design.observer, part).copy()
+    off[0, 0] += 0.125
+    spoiled = dataclasses.replace(triple_design.observer, **{part: off})
+    for name, value in spoiled.residuals(triple_design.model).items():
+        assert value == pytest.approx(0.125 * name.startswith(law), abs=1e-9), name
+
+
 @pytest.mark.parametrize("size", [1e-6, 1.0, 1e6])
 def test_a_gap_in_the_equations_beyond_rounding_is_refused(double_design, size):
     model, chosen = double_design.model, double_design.observer
@@ -267,6 +284,34 @@ def test_rows_that_nearly_agree_are_singular_beyond_rounding_only(lean, regular)
     else:
         with pytest.raises(ValueError, match=r"\[C; T\] is singular"):
             pl.observer(model, [0.2, 0.2], T, np.zeros((2, 1)))
+
+
+@pytest.mark.parametrize("size, kept", [(1e-12, True), (1e-16, False)])
+def test_only_rounding_is_cleaned_away(size, kept):
+    """[C; T] = [[1, s], [0, 1]] has the inverse [[1, -s], [0, 1]], and TB is 100 s."""
+    model = control.ss(np.diag([0.5, 0.1 + 0.2]), [[1.0], [100 * size]], [[1.0, size]], 0, 0.01)
+    found = pl.observer(model, 0.3, [[0, 1]], [[0]])
+    np.testing.assert_allclose(found.L2, [[-size * kept], [1]], rtol=1e-9)
+    np.testing.assert_allclose(found.H, [[100 * size * kept]], rtol=1e-9)
+
+
+@pytest.mark.parametrize("gap, works", [(1e-10, False), (1e-7, True)])
+def test_eigenvalues_of_E_and_A_are_apart_beyond_rounding(gap, works):
+    model = control.ss(np.diag([0.3, 0.5]), [[1.0], [1.0]], [[1.0, 1.0]], 0, 0.01)
+    if works:  # T = K C / (A - E)
+        T = pl.luenberger(model, 0.5 + gap, 1).T
+        np.testing.assert_allclose(T, [[-1 / (0.2 + gap), -1 / gap]], rtol=1e-6)
+    else:
+        with pytest.raises(ValueError, match=r"E: shares the eigenvalue 0\.5 with A"):
+            pl.luenberger(model, 0.5 + gap, 1)
+
+
+@pytest.mark.parametrize("lean, dimension", [(1e-7, 1), (1e-13, 2)])
+def test_an_eigenvalue_on_an_invariant_zero_frees_one_more_entry(lean, dimension):
+    """C shows x1 and x2; u = x3 keeps both at rest while x3 goes with the zero at 0.6."""
+    A = np.array([[0.2, 0.1, -1.0], [0.3, -0.4, -2.0], [0.5, 0.7, 0.3]])
+    model = control.ss(A, [[1.0], [2.0], [0.3]], np.eye(2, 3), 0, 0.01)
+    assert pl.observer_family(model, 0.6 + lean).dimension == dimension
 
 
 @pytest.mark.parametrize(
@@ -366,6 +411,8 @@ PARTS = dict(
 )
 def test_observer_is_checked_on_construction(name, bad, message):
     assert pl.Observer(**PARTS).K.shape == (2, 3)
+    one = {part: PARTS[part][:1] for part in "HTK"}
+    assert pl.Observer(E=0.5, L1=PARTS["L1"], L2=np.ones((5, 1)), **one).E == [[0.5]]
     with pytest.raises(ValueError, match=message):
         pl.Observer(**PARTS | {name: bad})
 

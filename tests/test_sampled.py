@@ -178,6 +178,19 @@ def test_delayed_hold_equals_a_finer_hold_with_the_old_voltage_first(delay):
         expected = fine.A @ expected + fine.B[:, 0] * voltage
     state = x if delay == 0 else np.append(x, old)
     assert (late.A @ state + late.B[:, 0] * new)[:4] == pytest.approx(expected, rel=1e-9)
+    np.testing.assert_array_equal(late.C @ state, plant.C @ x)
+
+
+@pytest.mark.parametrize("rate, works", [(600.0, True), (800.0, False)])
+def test_the_fastest_motion_limits_the_sampling_time(rate, works):
+    """exp(800) and exp(-800) are beyond what a double holds."""
+    for sign in (1, -1):
+        plant = control.ss(np.diag([0.0, sign * rate]), [[0], [1]], [[1, 0]], 0)
+        if works:
+            assert pl.sample(plant, 1.0).A[1, 1] == pytest.approx(np.exp(sign * rate), rel=1e-9)
+        else:
+            with pytest.raises(ValueError, match="dt: 1 s is 800 times"):
+                pl.sample(plant, 1.0)
 
 
 def test_delay_longer_than_a_sample_is_refused():

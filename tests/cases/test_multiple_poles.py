@@ -51,11 +51,16 @@ def test_count_or_sentence(name):
     assert counted >= 30, "a sentence is for the few that rounding hides"
 
 
+@pytest.mark.parametrize("others", [(), (0.995,), (0.993, 1.004)])
 @pytest.mark.parametrize("k", [1, 2, 3, 4])
-def test_on_circle_puts_back_what_rounding_moved(k):
-    X = np.random.default_rng(k).standard_normal((k, k))
-    values = on_circle(X @ chain(k) @ np.linalg.inv(X))
-    np.testing.assert_allclose(values, 1, atol=1e-12)
+def test_on_circle_puts_back_what_rounding_moved(k, others):
+    """k poles at 1, whatever stands close to them."""
+    n = k + len(others)
+    X = np.random.default_rng(k).standard_normal((n, n))
+    values = on_circle(X @ block_diag(chain(k), np.diag(others)) @ np.linalg.inv(X))
+    distances = np.sort(np.abs(values - 1))
+    np.testing.assert_allclose(distances[:k], 0, atol=1e-12)
+    np.testing.assert_allclose(distances[k:], np.sort(np.abs(np.array(others) - 1)), atol=1e-6)
 
 
 def test_on_circle_leaves_what_is_near_it():
