@@ -8,8 +8,10 @@ from scipy.linalg import solve_discrete_are
 
 from ..._arguments import found, number
 from ...bench.simulation import simulate
+from ...controllers import Controller
 from ...gain import weights
-from ...loop import broken_at, closed_loop_eigenvalues, margins
+from ...loop import broken_at, closed_loop_eigenvalues, margins, open_loop
+from ...observers import Observer
 from .acceptance import (
     NOISE,
     REAL,
@@ -40,24 +42,16 @@ def kalman_gain(model, W, V=V):
     return X @ C.T @ np.linalg.inv(C @ X @ C.T + V)
 
 
+def kalman_filter(model, W, V=V):
+    """The filter as an observer of all states, which uses the reading of this sample."""
+    A, B, M = model.A, model.B, kalman_gain(model, W, V)
+    T = np.eye(len(A)) - M @ model.C
+    return Observer(T @ A, T @ B, T, T @ A @ M, M, np.eye(len(A)))
+
+
 def compensator(design, W):
     """P of u = -P y from the design's F and the Kalman filter for W."""
-    model = design.model
-    A, B, C, M = model.A, model.B, model.C, kalman_gain(model, W)
-    F = design.controller.F
-    n, q = len(A), len(C)
-    Fx, Fw = F[:, :n], F[:, n:]
-    keep = np.eye(n) - M @ C
-    out, direct = np.hstack([Fx @ keep, Fw]), Fx @ M
-    inputs = np.vstack([B, np.zeros((1, B.shape[1]))])
-    own = np.block([[A @ keep, np.zeros((n, 1))], [np.zeros((1, n)), np.ones((1, 1))]])
-    into = np.vstack([A @ M, -design.dt * np.eye(q)[[1]]])
-    return control.ss(own - inputs @ out, into - inputs @ direct, out, direct, design.dt)
-
-
-def loop_of(P, model):
-    loop = control.series(model, P)
-    return control.ss(loop.A, loop.B, loop.C, 0, model.dt)
+    return -Controller(design.controller.F, kalman_filter(design.model, W), design.dt).system
 
 
 @on("triple", who="your name")
@@ -81,11 +75,11 @@ def exercise_2(P, rig=None):
     design = reference(rig, KP)
     yield wrong_compensator(P, design)
     yield turned(P, design)
-    yield unstable(loop_of(P, design.model), "without filters")
+    yield unstable(open_loop(-P, design.model), "without filters")
     A, B, C = design.model.A, design.model.B, design.model.C
     estimator = np.linalg.eigvals((np.eye(len(A)) - kalman_gain(design.model, B @ B.T) @ C) @ A)
     state = closed_loop_eigenvalues(design.state_feedback_loop)
-    found = closed_loop_eigenvalues(loop_of(P, design.model))
+    found = closed_loop_eigenvalues(open_loop(-P, design.model))
     for name, wanted in (("state feedback", state), ("the estimator", estimator)):
         missing = max(np.abs(found - value).min() for value in wanted)
         if missing > 1e-4:
@@ -99,7 +93,7 @@ def exercise_2(P, rig=None):
 
 def turned(P, design):
     """Unstable as it is, stable with the other sign."""
-    if unstable(loop_of(P, design.model)) and not unstable(loop_of(-P, design.model)):
+    if unstable(open_loop(-P, design.model)) and not unstable(open_loop(P, design.model)):
         return "Stable with -P, not with P: the convention is u = -P y."
     return None
 
@@ -129,7 +123,7 @@ def exercise_3(W, rig=None):
     """A process covariance whose filter leaves hardly any margin."""
     design = reference(rig, KP)
     W = weights("W", W, design.model.nstates)
-    loop = loop_of(compensator(design, W), design.model)
+    loop = open_loop(-compensator(design, W), design.model)
     yield not_semidefinite(W)
     yield unstable(loop, "without filters")
     left, recovered = margins(broken_at(loop, 0)).modulus, modulus_margins(design, filters=False)[0]
@@ -148,7 +142,7 @@ def exercise_4(W, rig=None):
     design = reference(rig, KP)
     W = weights("W", W, design.model.nstates)
     P = compensator(design, W)
-    loop, least = loop_of(P, design.filtered), modulus_margins(design)
+    loop, least = open_loop(-P, design.filtered), modulus_margins(design)
     yield not_semidefinite(W)
     yield unstable(loop)
     broken = [broken_at(loop, i) for i in (0, 1)]

@@ -10,13 +10,14 @@ from ...controllers import controller
 from ...gain import lqr
 from ...loop import frequency_response, margins, open_loop, state_feedback_loop
 from ...nyquist import encirclements
-from ...observers import Observer, observer_family
+from ...observers import observer_family
 from ...paper.alignment import alignment_interval
 from ...paper.designs import paper_design
 from ...paper.ledger import published
 from ...sampled import add_integrator
 from ...studies.transmission import rms
-from .hw3 import kalman_gain
+from .hw2 import commuting
+from .hw3 import kalman_filter
 from .judging import asks, judged
 
 OFFSET = 0.01  # rad, on the sensor of theta2 - theta1
@@ -130,11 +131,11 @@ def exercise_5(rig):
     double, triple = (paper_design(name).model for name in ("double", "triple"))
     cases = ((double, (0.9,)), (triple, (0.9, 0.9)), (triple, (0.9, 0.8)))
     solutions = np.array([observer_family(model, E).dimension for model, E in cases])
-    commuting = np.array([_commuting(np.diag(E)) for _, E in cases])
+    renaming = np.array([commuting(np.diag(E)) for _, E in cases])
     rows = np.array([len(E) for _, E in cases])
-    yield solutions - commuting, "What commutes with E only renames the observer's states."
+    yield solutions - renaming, "What commutes with E only renames the observer's states."
     yield solutions, "Those are the dimensions of the null spaces; now subtract."
-    yield commuting, "Those are the dimensions of what commutes with E; subtract them."
+    yield renaming, "Those are the dimensions of what commutes with E; subtract them."
     diagonal = "Which 2 x 2 matrices commute with 0.9 times the identity? More than the diagonal."
     yield solutions - rows, diagonal
     every = "Not every 2 x 2 matrix commutes with diag(0.9, 0.8): multiply one out."
@@ -177,12 +178,9 @@ def exercise_7(q_mine, rig=None):
 def _kalman(design, q):
     """Distance from -1 with filters, and noise on u in V, where the filter expects q B B'."""
     model = design.filtered
-    A, B, C = model.A, model.B, model.C
-    M = kalman_gain(model, q * B @ B.T, np.diag(np.square(SIGMA)))
-    T = np.eye(len(A)) - M @ C
-    Q = [*design.Q[:4], *[0] * (len(A) - 4), design.Q[4]]
-    F = lqr(add_integrator(model, 1), Q, design.R)
-    own = controller(F, Observer(T @ A, T @ B, T, T @ A @ M, M, np.eye(len(A))), design.dt)
+    observer = kalman_filter(model, q * model.B @ model.B.T, np.diag(np.square(SIGMA)))
+    Q = [*design.Q[:4], *[0] * (model.nstates - 4), design.Q[4]]
+    own = controller(lqr(add_integrator(model, 1), Q, design.R), observer, design.dt)
     noise = rms(control.feedback(own.system, model, sign=1), SIGMA)[0]
     return margins(open_loop(own, model)).modulus, noise
 
@@ -209,10 +207,3 @@ def exercise_8(rig):
 def _design(name, rig):
     design = paper_design(name)
     return design if rig is None else replace(design, rig=rig, coefficients=None)
-
-
-def _commuting(E):
-    """Dimension of the space of matrices M with ME = EM."""
-    identity = np.eye(len(E))
-    commutator = np.kron(identity, E.T) - np.kron(E, identity)
-    return len(E) ** 2 - np.linalg.matrix_rank(commutator)
