@@ -12,9 +12,9 @@ from ..._arguments import found
 from ...bench.imperfections import Imperfections
 from ...bench.inputs import voltages
 from ...design import Design
-from ...loop import closed_loop_eigenvalues, margins, time_constant
+from ...loop import closed_loop_eigenvalues, margins
 from ...paper.designs import paper_design
-from ...studies.transmission import rms
+from ...studies.transmission import rms, time_constant
 
 NOISE = np.array([1e-3, 1e-3, 1e-3, 1e-2])  # standard deviations of the readings, rad and rad/s
 REAL = Imperfections(filters=True, saturation=True)

@@ -166,7 +166,8 @@ def exercise_6(rig):
 @judged
 def exercise_7(q_mine, rig=None):
     """Process noise of a Kalman filter for the double with its filters: near, and quiet."""
-    distance, noise = _kalman(_design("double", rig), number("q_mine", q_mine, above=0))
+    q = number("q_mine", q_mine, above=0, most=1e9)  # V^2
+    distance, noise = _kalman(_design("double", rig), q)
     told = f"With your q the distance is {distance:.3f} and the noise {noise:.3f} V."
     if distance < DISTANCE:
         yield f"{told} Doubt the motor more."

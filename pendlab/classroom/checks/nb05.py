@@ -15,11 +15,12 @@ from ...bench.imperfections import (
 from ...bench.many import simulate_many
 from ...bench.simulation import simulate
 from ...design import Design
-from ...loop import margins, time_constant
+from ...loop import margins
 from ...paper import words
 from ...paper.designs import paper_design
 from ...paper.ledger import published
 from ...studies.pushes import force_levers, largest_pulses
+from ...studies.transmission import time_constant
 from .acceptance import unstable
 from .judging import asks, choose, judged, not_callable
 

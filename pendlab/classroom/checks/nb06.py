@@ -8,12 +8,11 @@ from ...loop import (
     frequency_grid,
     frequency_response,
     margins,
-    time_constant,
 )
 from ...models import equations
 from ...paper.designs import paper_design
 from ...studies.structured import structured_margin
-from ...studies.transmission import closed_loop, peak_gain, rms
+from ...studies.transmission import closed_loop, peak_gain, rms, time_constant
 from .judging import asks, on
 
 
