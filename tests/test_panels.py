@@ -8,9 +8,9 @@ import pytest
 
 import pendlab as pl
 from pendlab.figures import frequency, outcomes, pages
-from pendlab.figures.benchpage import frame
 from pendlab.figures.response import controller_gains, step_response, step_words
 from pendlab.figures.sampling import lag
+from pendlab.figures.traces import frame
 from pendlab.widgets import bench_panels as bench
 from pendlab.widgets import design_panels as designs
 from pendlab.widgets import model_panels as models

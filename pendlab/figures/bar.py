@@ -12,8 +12,8 @@ from .._arguments import array, found, instance, number
 from ..parameters import Pendulum
 from ..studies.controllability import ControllabilityMeasures, controllability_measures, with_bar
 from .moving import check_rig, link_color
+from .picture import live
 from .style import COLORS, new_figure, styled
-from .updates import live
 
 PANELS = ("singular-value ratio", "distance to uncontrollability", "tilt that can be caught")
 LIMITS = (0.08, 20.0)  # of the drawn factors

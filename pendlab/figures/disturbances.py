@@ -12,8 +12,8 @@ from ..design import Design
 from ..loop import frequency_response
 from ..studies.transmission import closed_loop, peak_gain
 from .frequency import HZ
+from .picture import follow, live, part
 from .style import COLORS, angle_name, look, new_figure, styled
-from .updates import live, moving, part
 
 STROKES = ("--", "-", ":", "-.")  # one for each design; the colour says which signal
 
@@ -46,7 +46,7 @@ def draw_transmission(ax, hz, looks, data):
     def rows(data):
         return [(hz, row) for values in data[1] for row in values]
 
-    move = moving(ax, styles, data, rows)
+    move = follow(ax, styles, data, rows)
     grey = [dict(color=COLORS["grey"], linestyle=stroke) for stroke in strokes]
     handles = [ax.plot([], [], **look)[0] for look in [*looks, *grey]]
     names = [*(look["label"] for look in looks), *data[0]]

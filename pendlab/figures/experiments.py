@@ -7,9 +7,9 @@ from .._arguments import instance
 from ..bench.simulation import Run
 from ..paper.experiment import FIGURES, bench_ensemble, signals, tick_hits, tick_intervals, window
 from ..paper.ledger import published
+from .picture import live
 from .style import COLORS, look, new_figure, styled
 from .traces import LABELS, draw_traces
-from .updates import live
 
 PERCENTILES = (5, 95)
 SHOWS = {

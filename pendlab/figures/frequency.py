@@ -12,9 +12,9 @@ import numpy as np
 
 from ..loop import Margins, crossings, frequency_response, least, margins
 from ..nyquist import Encirclements, encirclements
-from .planes import frame_plane, unit_circle, zero_lines
+from .picture import follow
+from .sketch import frame_plane, unit_circle, zero_lines
 from .style import COLORS, look
-from .updates import moving
 
 HZ = 2 * np.pi  # rad/s in one hertz
 CRITICAL = {1: -1.0}  # of the loop gain with one input; 0 of det(I + P G) with several
@@ -128,7 +128,7 @@ def _draw_view(ax, curves, looks):
     def points(curves):
         return [part for data in curves for part in (data.curve, *data.marked)]
 
-    update = moving(ax, styles, curves, points)
+    update = follow(ax, styles, curves, points)
     critical = curves[0].critical
     if critical == -1.0:
         unit_circle(ax)
@@ -202,7 +202,7 @@ def draw_sigma_min(ax, curves, looks, frame=None, listed=True):
         yield from ((data.omega / HZ, decibels(data.sigma)) for data in curves)
         yield from (([data.lowest_omega / HZ], [decibels(data.lowest)]) for data in curves)
 
-    move = moving(ax, [*looks, *lowest], curves, points)
+    move = follow(ax, [*looks, *lowest], curves, points)
     texts = ax.legend(loc="lower left").get_texts() if listed else []
 
     def update(curves):

@@ -12,10 +12,10 @@ from ..paper.designs import paper_design
 from ..paper.ledger import published
 from . import words
 from .frequency import decibels, draw_nyquist, draw_sigma_min, nyquist, sigma_min
+from .picture import live
 from .rootlocus import draw_root_locus, root_locus
 from .style import look, new_figure, styled
 from .turns import draw_contour, draw_turns, full_nyquist
-from .updates import live
 
 LOOKS = [look("nominal", label="without filters"), look("filters")]
 LOOKS_8 = [look("nominal"), look("filters", label="observer 1, with filters"), look("observer2")]

@@ -22,11 +22,11 @@ from .outcomes import (
     run_verdict,
     short,
 )
+from .picture import live, part
 from .response import controller_gains, draw_gains, draw_step, step_response, step_words
 from .rootlocus import draw_eigenvalues, draw_marked_locus, remarked, root_locus
 from .style import look, new_figure, styled
 from .traces import draw_traces
-from .updates import live, part
 
 PAGE = 9.1  # inch: sharp beside the file browser on a screen of 1366 px
 POINTS = 1500  # on each Nyquist curve

@@ -7,9 +7,9 @@ import numpy as np
 from ..loop import frequency_response
 from .frequency import HZ
 from .outcomes import angle_in_words, short
-from .planes import zero_lines
+from .picture import follow
+from .sketch import zero_lines
 from .style import angle_name, look
-from .updates import moving
 
 
 @dataclass(frozen=True)
@@ -40,7 +40,7 @@ def draw_gains(ax, data, frame):
     def curves(data):
         return [(data.hz, gain) for gain in data.gains.T]
 
-    return moving(ax, [look(name) for name in names], data, curves)
+    return follow(ax, [look(name) for name in names], data, curves)
 
 
 @dataclass(frozen=True)
@@ -106,7 +106,7 @@ def draw_step(ax, data, frame):
         return [(data.t[1:], angle[1:]) for angle in data.angles.T]
 
     looks = [look(angle_name(i + 1)) for i in range(data.angles.shape[1])]
-    update = moving(ax, looks, data, curves)
+    update = follow(ax, looks, data, curves)
     ax.axhline(1, **look("reference"))
     zero_lines(ax, "x")
     return update

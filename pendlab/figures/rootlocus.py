@@ -8,9 +8,9 @@ from scipy.optimize import brentq, linear_sum_assignment
 from .._arguments import array, found, number
 from ..loop import sorted_eigenvalues
 from ..sampled import align
-from .planes import arrowheads, frame_plane, point, unit_circle, zero_lines
+from .picture import follow
+from .sketch import arrowheads, frame_plane, point, unit_circle, zero_lines
 from .style import COLORS, look
-from .updates import moving
 
 
 @dataclass(frozen=True)
@@ -111,7 +111,7 @@ def draw_root_locus(ax, data, frame=None):
     def points(data):
         return [*data.branches.T, data.branches[0], data.marked]
 
-    move = moving(ax, looks, data, points)
+    move = follow(ax, looks, data, points)
     rest = ax.text(0.02, 0.03, "", transform=ax.transAxes, fontsize=10)
     heads = arrowheads(ax, len(data.marked), blue)
     *_, start, marks = ax.lines
@@ -161,7 +161,7 @@ def draw_eigenvalues(ax, values, frame):
         out = np.abs(values) > 1
         return values[~out], values[out]
 
-    return moving(ax, [look(name, **edge) for name in ("stable", "unstable")], values, parts)
+    return follow(ax, [look(name, **edge) for name in ("stable", "unstable")], values, parts)
 
 
 def _last_stretch(branch, frame):

@@ -7,9 +7,9 @@ import numpy as np
 from ..loop import sorted_eigenvalues
 from .frequency import HZ, draw_loops
 from .pages import LOOKS, ONE_LOOP, UNIT_DISK, loop_curves, page, tell
+from .picture import follow
 from .rootlocus import draw_eigenvalues
 from .style import COLORS, styled
-from .updates import moving
 
 
 @dataclass(frozen=True)
@@ -81,4 +81,4 @@ def draw_lag(ax, data, frame):
         lags = data.filters, data.hold, data.filters + data.hold
         return [*((data.hz, one) for one in lags), ([data.crossover] * 2, [0, 360])]
 
-    return moving(ax, looks, data, curves)
+    return follow(ax, looks, data, curves)

@@ -1,10 +1,10 @@
-"""Primitives of the drawings: a page, boxes, lines with and without arrowheads, words."""
+"""What drawings are made of: boxes, lines, words, arrows; complex planes and their arrowheads."""
 
 import numpy as np
 from matplotlib.patches import FancyArrowPatch, FancyBboxPatch
 from matplotlib.path import Path
 
-from .style import new_figure
+from .style import COLORS, look, new_figure
 
 INK = "#222222"
 
@@ -44,3 +44,54 @@ def arrow(ax, *points, heads="-|>", size=15, **style):
 def note(ax, x, y, text, **more):
     """Words centred at (x, y)."""
     ax.text(x, y, text, **{"ha": "center", "va": "center", "zorder": 5, **more})
+
+
+def zero_lines(ax, axes="xy"):
+    """Thin lines through 0, along x, along y or both."""
+    for name, line in (("x", ax.axhline), ("y", ax.axvline)):
+        if name in axes:
+            line(0, color=COLORS["grey"], linewidth=0.8, zorder=1)
+
+
+def unit_circle(ax, **changes):
+    """The unit circle in its look."""
+    circle = np.exp(1j * np.linspace(0, 2 * np.pi, 2001))
+    return ax.plot(circle.real, circle.imag, **look("unit circle", **changes))[0]
+
+
+def frame_plane(ax, frame):
+    """Limits ((left, right), (bottom, top)) and labels of a complex plane."""
+    ax.set(xlim=frame[0], ylim=frame[1], xlabel="real part", ylabel="imaginary part")
+
+
+def arrowheads(ax, count, color, size=0.13):
+    """`count` arrowheads without shafts, `size` inches long, to be placed by `point`."""
+    nothing = np.full(count, np.nan)
+    return ax.quiver(
+        nothing, nothing, np.ones(count), np.zeros(count), color=color, pivot="mid", zorder=5,
+        units="inches", scale_units="inches", scale=1 / size, width=size / 8, headwidth=6.4,
+        headlength=8, headaxislength=8, minlength=0,
+    )  # fmt: skip
+
+
+def point(ax, heads, paths, fractions, least=0.2):
+    """Put arrowheads at fractions of the drawn length of complex paths of `least` inches or more."""
+    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
+    width, height = ax.get_figure().get_size_inches()
+    box = ax.get_position()
+    sx, sy = width * box.width / (right - left), height * box.height / (high - low)
+    if ax.get_aspect() == 1:
+        sx = sy
+    places, ways = [], []
+    for path in paths:
+        on_page = path.real * sx + 1j * path.imag * sy
+        length = np.concatenate([[0], np.cumsum(np.abs(np.diff(on_page)))])
+        for fraction in fractions:
+            place, way = complex(np.nan), 1.0 + 0j
+            if len(path) >= 2 and length[-1] >= least:
+                k = int(np.clip(np.searchsorted(length, fraction * length[-1]), 1, len(path) - 1))
+                place, way = path[k], on_page[k] - on_page[k - 1]
+            places.append(place)
+            ways.append(way / abs(way) if way else 1.0 + 0j)
+    heads.set_offsets(np.column_stack([np.real(places), np.imag(places)]))
+    heads.set_UVC(np.real(ways), np.imag(ways))

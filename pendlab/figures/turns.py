@@ -13,9 +13,9 @@ import numpy as np
 from ..loop import ON_CIRCLE, sorted_eigenvalues
 from ..nyquist import Encirclements, contour, encirclements
 from .frequency import CRITICAL
-from .planes import arrowheads, point
+from .picture import follow
+from .sketch import arrowheads, point
 from .style import COLORS, look
-from .updates import moving
 
 NEAR_CRITICAL, NEAR_ONE = 0.1, 1e-7  # distances below which the scale is linear
 RAYS = np.radians(np.arange(2.5, 360, 5))  # directions tried for counting
@@ -110,7 +110,7 @@ def _draw_halves(ax, data, near, values, heads):
         on, arc = half[~bend], half[bend]
         return on, on[::-1].conj(), np.concatenate([arc[::-1].conj(), arc])
 
-    move = moving(ax, HALVES, data, pieces)
+    move = follow(ax, HALVES, data, pieces)
 
     def update(data):
         move(data)
@@ -169,7 +169,7 @@ def draw_contour(ax, data):
     def poles(data):
         return np.zeros(min(data.integrators, 1)), _mapped(data.unstable - 1, NEAR_ONE)
 
-    move_poles = moving(ax, looks, data, poles)
+    move_poles = follow(ax, looks, data, poles)
     ax.set_title("contour in the $z$-plane, seen from $z=1$")
     legend = ax.legend(ax.lines[-2:], ["integrator", "unstable"], **UNDER)
 

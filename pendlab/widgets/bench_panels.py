@@ -11,9 +11,9 @@ from ..bench.imperfections import (
 )
 from ..bench.many import simulate_many
 from ..bench.simulation import simulate
-from ..figures.benchpage import bench_page
 from ..figures.moving import animation
 from ..figures.outcomes import angle_in_words
+from ..figures.traces import bench_page
 from ..paper.designs import paper_design
 from .panel import Panel
 from .parts import Choice, Slider, Switch, View
