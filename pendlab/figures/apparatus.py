@@ -9,7 +9,7 @@ from .sketch import INK, box, canvas, line, note
 from .style import COLORS, angle_name, describe, look, styled
 
 _ORDER = {2: ("lower", "upper"), 3: ("lower", "middle", "upper")}
-_COUNT = {1: "one", 2: "two", 3: "three", 4: "four", 5: "five", 6: "six"}
+_COUNT = dict(enumerate(("one", "two", "three", "four", "five", "six"), 1))
 
 
 def _hinge_name(rig, i):

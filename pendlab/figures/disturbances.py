@@ -1,13 +1,13 @@
 """What noise and torques do in closed loop, and how far the two gains may stray.
 
-``draw_...`` creates the artists once and returns ``update(data)``; the figure functions take a dict
-from label to `Design` and have ``fig.update(designs)`` for as many others.
+The figures take a dict from label to `Design` and have ``fig.update(designs)`` for as many others.
 """
 
 import numpy as np
 from matplotlib.colors import ListedColormap
 
-from .._arguments import found, number, whole
+from .._arguments import instance, number, whole
+from ..bench.arguments import mapping
 from ..design import Design
 from ..loop import frequency_response
 from ..studies.transmission import closed_loop, peak_gain
@@ -70,9 +70,8 @@ def transmission_figure(designs, points=400):
     n, m = first.rig.n_links, first.rig.n_motors
     hz = np.geomspace(0.01, 0.5 / first.dt, whole("points", points, least=2, most=100_000))
     voltages = [look(f"u{i}", linestyle="-") for i in range(1, m + 1)]
-    torques = [
-        look(angle_name(i), linestyle="-", label=f"torque on link {i}") for i in range(1, n + 1)
-    ]
+    links = {angle_name(i): f"torque on link {i}" for i in range(1, n + 1)}
+    torques = [look(name, linestyle="-", label=label) for name, label in links.items()]
     fig = new_figure(10, 4.2)
     left, right = fig.subplots(1, 2)
 
@@ -90,10 +89,8 @@ def transmission_figure(designs, points=400):
         ]
 
     def say(data, designs):
-        each = "; ".join(
-            f"{label}: {', '.join(f'{peak:.2g}' for peak in peaks)}"
-            for label, peaks in zip(designs, data[2])
-        )
+        peaks = [", ".join(f"{peak:.2g}" for peak in peaks) for peaks in data[2]]
+        each = "; ".join(f"{label}: {listed}" for label, listed in zip(designs, peaks))
         return (
             f"Largest gain from a torque on links 1 to {n} to the angles, in rad per N m: {each}.",
             "Two panels over frequency, logarithmic. Left: gain from noise in the readings to each "
@@ -169,26 +166,17 @@ def gain_region_figure(designs, points=61, reach=10.0):
 
 def _each_design(designs, motors=None, count=None):
     """The dict of designs, one kind of rig in all; `motors` and `count` say how many there must be."""
-    if not isinstance(designs, dict) or not designs:
-        raise TypeError(
-            f"designs: expected a dict from label to pl.Design, {found(designs)}; "
-            'try {"paper": pl.paper_design("triple")}.'
-        )
-    for label, design in designs.items():
-        if not isinstance(design, Design):
-            raise TypeError(f"designs[{label!r}]: expected a pl.Design, {found(design)}.")
+    example = '{"paper": pl.paper_design("triple")}'
+    for label, design in mapping("designs", designs, example).items():
+        instance(f"designs[{label!r}]", design, Design)
     if len(designs) > len(STROKES):
         raise ValueError(f"designs: at most {len(STROKES)} fit, found {len(designs)}.")
     if count is not None and len(designs) != count:
         raise ValueError(f"designs: this figure was made for {count}, found {len(designs)}.")
     sizes = {(design.rig.n_links, design.rig.n_motors) for design in designs.values()}
     if len(sizes) > 1:
-        raise ValueError(
-            "designs: expected rigs with as many links and motors in all, found "
-            f"{' and '.join(f'{n} links with {m} motors' for n, m in sorted(sizes))}."
-        )
+        each = " and ".join(f"{n} links with {m} motors" for n, m in sorted(sizes))
+        raise ValueError(f"designs: expected as many links and motors in all, found {each}.")
     if motors is not None and sizes.pop()[1] != motors:
-        raise ValueError(
-            f'designs: expected rigs with {motors} motors; try {{"paper": pl.paper_design("triple")}}.'
-        )
+        raise ValueError(f"designs: expected rigs with {motors} motors; try {example}.")
     return designs

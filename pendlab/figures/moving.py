@@ -18,17 +18,10 @@ def check_rig(rig):
 
 
 def joints(rig, angles):
-    """Positions of the hinges and of the tip, in the plane of motion.
+    """Positions x (m, to the right) and y (m, up) of hinges and tip, shape (..., n+1, 2).
 
-    Parameters
-    ----------
-    rig : Pendulum with n links
-    angles : relative angles theta1, theta2-theta1, ..., rad, shape (..., n)
-
-    Returns
-    -------
-    array (..., n+1, 2) : x (to the right, m) and y (up, m) from hinge 1 to the tip; a positive
-        angle leans to the right
+    `angles` are relative ones, theta1, theta2-theta1, ..., rad, shape (..., n); a positive angle
+    leans to the right.
 
     >>> from pendlab.parameters import load
     >>> joints(load("double"), [0.0, 0.0])[:, 1].round(3).tolist()
@@ -37,10 +30,7 @@ def joints(rig, angles):
     n = check_rig(rig).n_links
     angles = array("angles", angles)
     if angles.shape[-1:] != (n,):
-        raise ValueError(
-            f"angles: expected {n} relative angles (rad) in the last axis, found shape "
-            f"{angles.shape}; one column per link of {rig.name!r}."
-        )
+        raise ValueError(f"angles: expected {n} in the last axis, found shape {angles.shape}.")
     theta = np.cumsum(angles, axis=-1)
     lengths = np.array([link.length for link in rig.links])
     steps = lengths[:, None] * np.stack([np.sin(theta), np.cos(theta)], axis=-1)
@@ -70,13 +60,7 @@ def draw_pendulum(ax, rig, angles):
     """Draw the rig at relative angles and return ``update(angles)``, which moves the drawing.
 
     Links wear the colour of their angle; a filled hinge has a motor, an open one is free. The axes
-    are fixed and hold every attitude above the ground. ``update`` returns the moved artists, for blitting.
-
-    Parameters
-    ----------
-    ax : matplotlib axes; they become the drawing alone, without ticks
-    rig : Pendulum with n links
-    angles : (n,) relative angles, rad
+    are fixed and hold every attitude above the ground. ``update`` returns the moved artists.
     """
     n = check_rig(rig).n_links
     reach = sum(link.length for link in rig.links)
@@ -107,16 +91,10 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
 
     Parameters
     ----------
-    rig : Pendulum with n links
-    t : (N,) times, s, increasing, N >= 2
-    angles : (N, n) relative angles, rad
+    t, angles : (N,) times, s, increasing, N >= 2; (N, n) relative angles, rad
     width, height : of the picture, px
     speed : 1 is real time, 0.5 half as fast
     title : name of the picture; the rig's name if None
-
-    Returns
-    -------
-    str : the SVG element
     """
     n = check_rig(rig).n_links
     t = array("t", t, (None,))

@@ -147,17 +147,12 @@ def styled():
 class CaptionedFigure(Figure):
     """A matplotlib figure that carries its words.
 
-    Attributes
-    ----------
-    caption : what the figure claims, one or two sentences
-    alt : what it shows, for readers who do not see it
-
     At the end of a notebook cell it shows its picture with the description as its alternative text;
     the caption goes along as plain text.
     """
 
-    caption = ""
-    alt = ""
+    caption = ""  # what the figure claims, one or two sentences
+    alt = ""  # what it shows, for readers who do not see it
 
     def _repr_mimebundle_(self, include=None, exclude=None):
         return bundle(self)

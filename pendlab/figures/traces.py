@@ -1,7 +1,4 @@
-"""Traces of a simulated run over time, and the pushes that it survives.
-
-Every panel can be moved: ``draw_...`` creates the artists once and returns ``update(run)``.
-"""
+"""Traces of a simulated run over time, and the pushes that it survives."""
 
 import numpy as np
 from matplotlib.axes import Axes
