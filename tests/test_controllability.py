@@ -380,7 +380,10 @@ def test_balance_of_the_first_moments_vanishes_at_the_frictionless_critical_bar(
         (lambda: pl.controllability_ratio(np.eye(2), np.ones((3, 1))), "B: expected shape 2 x any"),
         (lambda: pl.distance_to_uncontrollability(np.eye(2) * np.nan, np.ones((2, 1))), "A: every"),
         (lambda: pl.distance_to_uncontrollability(np.eye(2), np.ones((2, 1)), 0), "tolerance"),
-        (lambda: pl.with_bar(pl.load("double"), 3, 0.1), "link: the rig has links 1 to 2"),
+        (
+            lambda: pl.with_bar(pl.load("double"), 3, 0.1),
+            "link: expected a whole number from 1 to 2",
+        ),
         (lambda: pl.with_bar(pl.load("double"), 1, -0.1), "inertia: expected a number of at least"),
         (lambda: pl.with_bar(pl.load("double"), 1, 0.1, mass=-1), "mass: expected"),
         (lambda: pl.least_effort(pl.load("double"), [0.1, 0]), "x0: expected shape 4"),

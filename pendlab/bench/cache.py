@@ -113,8 +113,6 @@ def _put(path, fill):
 def cache_findings():
     """What the cache of compiled code looks like: a list of (well, what was found, what to do).
 
-    Examples
-    --------
     >>> from pendlab.bench.cache import cache_findings
     >>> all(isinstance(well, bool) for well, found, advice in cache_findings())
     True

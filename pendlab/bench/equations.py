@@ -6,17 +6,13 @@ from ..lagrange import derive
 
 
 def acceleration_source(n_links, n_motors):
-    """Python source of the equations of motion as scalar code, for the simulator.
+    """(source of the equations of motion as scalar Python code, number of its constants).
 
     Two functions: ``constants(p, c)`` combines the parameters p (order of `symbols`) into the few
     numbers c that the equations need, once per run; ``accelerate(q, v, Q, c, a)`` solves
     M(q) a + bias(q, v) = Q for the angular accelerations a under the torques Q on the links.
     Sines and cosines of differences come from those of the angles, common factors are computed
     once, and M = L D L' is factored in place.
-
-    Returns
-    -------
-    (source, number of constants)
     """
     motion = derive(n_links, n_motors)
     n, q, v = n_links, list(motion.q), list(motion.v)
@@ -60,10 +56,7 @@ def acceleration_source(n_links, n_motors):
     body += [f"m{i}{j} = {sp.pycode(e)}" for (i, j), e in zip(lower, entries)]
     body += [f"r{i} = Q[{i}] - ({sp.pycode(e)})" for i, e in enumerate(entries[len(lower) :])]
     body += _solve(n)
-    combine = [
-        f"c[{k}] = {sp.pycode(factor)}"
-        for factor, k in ((factor, int(str(symbol)[1:])) for factor, symbol in table.items())
-    ]
+    combine = [f"c[{k}] = {sp.pycode(factor)}" for k, factor in enumerate(table)]
     unpack = ", ".join(str(symbol) for symbol in motion.symbols)
     lines = ["def constants(p, c):", f"    ({unpack}) = p", *(f"    {line}" for line in combine)]
     lines += ["", "", "def accelerate(q, v, Q, c, a):", *(f"    {line}" for line in body), ""]

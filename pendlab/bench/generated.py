@@ -16,18 +16,7 @@ from pathlib import Path
 from .cache import keep
 
 HERE = Path(__file__).parent
-COMPILED = (
-    "accelerate",
-    "derivative",
-    "drag",
-    "mean_load",
-    "advance",
-    "read",
-    "send",
-    "hold",
-    "record",
-    "run",
-)
+COMPILED = "accelerate derivative drag mean_load advance read send hold record run".split()
 INLINED = ("accelerate", "derivative")  # where the time goes: worth a factor of two
 
 
@@ -37,11 +26,8 @@ def load_kernel(n_links, n_motors):
 
     Its `COMPILED` is True where numba compiled it; arrays then, lists otherwise.
     """
-    paths = (
-        HERE.parent / "lagrange.py",
-        *(HERE / f"{name}.py" for name in ("equations", "kernel", "tuples", "generated")),
-    )
-    sources = [path.read_text(encoding="utf-8") for path in paths]
+    names = ("../lagrange", "equations", "kernel", "tuples", "generated")
+    sources = [(HERE / f"{name}.py").read_text(encoding="utf-8") for name in names]
     key = "\n".join([*sources, version("sympy"), str((n_links, n_motors))])
     name = f"kernel_{n_links}_{n_motors}_{hashlib.sha256(key.encode()).hexdigest()[:16]}"
     path = keep(name, partial(kernel_text, n_links, n_motors))
@@ -59,18 +45,10 @@ def kernel_text(n_links, n_motors):
     from .equations import acceleration_source
 
     equations, count = acceleration_source(n_links, n_motors)
-    return "\n".join(
-        [
-            "from math import cos, exp, floor, sin",
-            "",
-            f"N, M, CONSTANTS = {n_links}, {n_motors}, {count}",
-            "",
-            "",
-            equations,
-            "",
-            (HERE / "kernel.py").read_text(encoding="utf-8"),
-        ]
-    )
+    head = "from math import cos, exp, floor, sin\n"
+    sizes = f"N, M, CONSTANTS = {n_links}, {n_motors}, {count}\n\n"
+    loop = (HERE / "kernel.py").read_text(encoding="utf-8")
+    return "\n".join([head, sizes, equations, "", loop])
 
 
 def _compile(module, cache):
@@ -95,7 +73,5 @@ def _compile(module, cache):
 
 @lru_cache
 def _say_once(reason):
-    warnings.warn(
-        f"pendlab simulates without numba ({reason}): same results, more slowly.",
-        stacklevel=2,
-    )
+    message = f"pendlab simulates without numba ({reason}): same results, more slowly."
+    warnings.warn(message, stacklevel=2)

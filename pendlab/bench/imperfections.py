@@ -136,9 +136,7 @@ def bench_imperfections(rig, *, foreign=False):
     rig : one of the paper's, or one that has its gearboxes (with the same ratios) on other links
     foreign : True takes the paper's gearboxes for a rig with others, which the file knows nothing of
 
-    Raises
-    ------
-    ValueError : a rig that the file does not know, or a damaged entry
+    ValueError for a rig that the file does not know, or a damaged entry.
     """
     path, table, bench = _bench(rig)
     n = rig.n_links
@@ -201,14 +199,7 @@ def bench_rig(rig, *, foreign=False):
 
     The damping of each motor is multiplied by its factor in ``data/gearbox.toml``. Tables 2 to 5 and
     every design stay as printed; only what is simulated with `bench_imperfections` takes this rig.
-
-    Parameters
-    ----------
-    rig, foreign : as for `bench_imperfections`
-
-    Raises
-    ------
-    ValueError : a rig that the file does not know, or a damaged entry
+    Arguments and errors are as there.
 
     >>> paper = pl.load("double")
     >>> pl.bench_rig(paper).motors[0].damping > paper.motors[0].damping

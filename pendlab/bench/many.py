@@ -58,16 +58,10 @@ def simulate_many(
         be able to import what the cases hold: controllers and functions from modules, no lambdas
     common : arguments of `simulate` for all cases
 
-    Returns
-    -------
-    Runs : interrupting (Ctrl-C, or the notebook's stop button) returns what is done, marked
+    Interrupting (Ctrl-C, or the notebook's stop button) returns the `Runs` that are done, marked.
+    ValueError and TypeError of `simulate` come with the number of the case; an executor that fails
+    is a ValueError too.
 
-    Raises
-    ------
-    ValueError, TypeError : of `simulate`, named with the number of the case; an executor that fails
-
-    Examples
-    --------
     >>> design = pl.paper_design("double")
     >>> cases = [dict(initial=(lean, 0)) for lean in (0.05, 0.1)]
     >>> runs = pl.simulate_many(design.rig, design.controller, 5.0, cases, progress=False)

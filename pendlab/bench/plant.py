@@ -38,17 +38,9 @@ def plant_numbers(rig, imperfections):
     kernel = load_kernel(n, m)
     c = np.zeros(kernel.CONSTANTS)
     kernel.constants(EquationsOfMotion.values(replace(rig, motors=tuple(geared))), c)
-    gear = np.column_stack(
-        [
-            [motor.gain for motor in rig.motors],
-            [motor.damping for motor in rig.motors],
-            [motor.inertia for motor in rig.motors],
-            gaps / 2,
-            imperfections.each("contact_stiffness", m),
-            imperfections.each("contact_damping", m),
-            imperfections.each("gear_friction", m),
-        ]
-    )
+    motors = [(motor.gain, motor.damping, motor.inertia) for motor in rig.motors]
+    names = ("contact_stiffness", "contact_damping", "gear_friction")
+    gear = np.column_stack([motors, gaps / 2, *(imperfections.each(name, m) for name in names)])
     w_in, w_out = np.zeros(m), np.zeros(n + 1)
     if imperfections.filters:
         if rig.filters is None:
@@ -83,15 +75,9 @@ def bench_tuples(rig, imperfections, x0, loads, clock, rows):
     pulses, held = loads
     held = held + _start_torque(imperfections, kernel.N, clock.dt, rows)
     plant = plant_numbers(rig, imperfections)._replace(pulses=pulses)
-    size = 3 * kernel.N + 2 * kernel.M + 1
-    parts = (
-        _state(x0, kernel.N, kernel.M),
-        plant,
-        clock,
-        _ports(rig, imperfections, rows),
-        held,
-        np.zeros((12, size)),
-    )
+    work = np.zeros((12, 3 * kernel.N + 2 * kernel.M + 1))
+    state, ports = _state(x0, kernel.N, kernel.M), _ports(rig, imperfections, rows)
+    parts = (state, plant, clock, ports, held, work)
     return Bench(kernel, *(pack(kernel, part) for part in parts))
 
 
@@ -160,9 +146,7 @@ def fastest_rate(rig, imperfections):
 def integration(rig, imperfections, dt, rows, inner_step=None):
     """The `Clock` of a run of `rows` samples.
 
-    Raises
-    ------
-    ValueError : a delay above dt; a step that is too coarse, or so fine that the run would not end
+    ValueError for a delay above dt, and a step that is too coarse or so fine that no run would end.
     """
     delay = float(imperfections.delay)
     if delay > dt:

@@ -103,17 +103,10 @@ def simulate(
     dt : sampling time, s; default ``controller.dt``, else 0.01
     inner_step : largest integration step, s; default from the fastest motion of the plant
 
-    Returns
-    -------
-    Run : samples 0, dt, 2 dt, ... up to t_end, or up to a fall
+    The `Run` holds samples 0, dt, 2 dt, ... up to t_end, or up to a fall. ValueError for arguments
+    that do not fit, for an inner step that is too coarse, or so fine that the run would not end, and,
+    named with the time, for a controller or function that fails.
 
-    Raises
-    ------
-    ValueError : arguments that do not fit; an inner step that is too coarse, or so fine that the run
-        would not end; a controller or function that fails, named with the time
-
-    Examples
-    --------
     The paper's double is led to a relative angle of 0.05 rad; its integrator takes 10 s.
 
     >>> design = pl.paper_design("double")

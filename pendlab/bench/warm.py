@@ -3,20 +3,23 @@
 import os
 from contextlib import contextmanager
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
 from .._arguments import found, instances
+from ..controllers import Controller
+from ..observers import Observer
 from ..parameters import Pendulum
 from .cache import intact
 from .generated import load_kernel
 from .imperfections import Imperfections
-from .plant import bench_tuples, fastest_rate, integration
-from .tuples import Law, Memory, Rows
+from .plant import fastest_rate
+from .simulation import simulate
 
 
 def warm(rigs, folder=None):
-    """Compile what simulating these rigs needs, and keep it for all later sessions.
+    """Compile what simulating these rigs needs, and keep it for all later sessions: its sources.
 
     Parameters
     ----------
@@ -24,13 +27,7 @@ def warm(rigs, folder=None):
     folder : where to keep it; default the user's own cache. A folder filled so, readable by all, can
         be the PENDLAB_SEED of a class: each student's cache takes what it lacks from there
 
-    Returns
-    -------
-    tuple of Path : the sources, beside which the compiled files lie; empty where nothing was kept
-
-    Raises
-    ------
-    TypeError, ValueError : not rigs; a folder that cannot be written
+    The compiled files lie beside the sources; an empty tuple where nothing was kept.
     """
     by_size = {(r.n_links, r.n_motors): r for r in instances("rigs", rigs, Pendulum)}
     with _cache(folder):
@@ -64,24 +61,24 @@ def _cache(folder):
 
 
 def _compile(rig):
-    """Call each function of the kernel that a session calls, with nothing to do; the source's path."""
-    n, m, ideal = rig.n_links, rig.n_motors, Imperfections()
+    """Call each function of the kernel that a session calls, by two short runs; the source's path."""
+    n, m = rig.n_links, rig.n_motors
     kernel = load_kernel(n, m)
     path = Path(kernel.constants.__code__.co_filename)
     if not kernel.COMPILED:
         return None
-    fastest_rate.__wrapped__(rig, ideal)
-    clock = integration(rig, ideal, 0.01, 1)
-    loads = np.zeros((0, 4)), np.zeros((1, n))
-    bench = bench_tuples(rig, ideal, np.zeros(2 * n), loads, clock, 1)
-    square, flat = np.zeros((0, 0)), np.zeros(0)
-    law = Law(*[square] * 6, np.zeros(0, dtype=np.int64), flat)
-    none = bench.ports._replace(error=np.zeros((0, n + 1)))
-    rows = Rows(*(np.zeros((0, k)) for k in (2 * n, n + 1, m, 2 * n)))
-    kernel.run(bench.state, Memory(flat, flat, flat), law, square, clock, bench.plant, bench.held,
-               none, bench.work, rows)  # fmt: skip
-    kernel.read(bench.state.x, bench.ports.error[0], bench.ports.ad, bench.plant.w_out,
-                np.zeros(n + 1))  # fmt: skip
-    kernel.send(np.zeros(m), bench.state.sent, bench.ports.da, bench.plant.limit)
-    kernel.hold(bench.state, 0.0, clock, bench.plant, bench.held[0], bench.work)
+    fastest_rate.__wrapped__(rig, Imperfections())
+    sizes = (1, 1), (1, m), (1, 2 * n), (1, n + 1), (2 * n, n + 1), (2 * n, 1)
+    idle = Controller(np.zeros((m, 2 * n + 1)), Observer(*map(np.zeros, sizes)), 0.01)
+    simulate(rig, idle, 0.0)
+    simulate(rig, _Idle(m), 0.01)
     return path if path.is_file() and intact(path) else None
+
+
+class _Idle(NamedTuple):
+    """A controller in Python that leaves the motors alone."""
+
+    motors: int
+
+    def step(self, state, y, y_ref):
+        return np.zeros(self.motors), state

@@ -154,7 +154,7 @@ LIMITS = """
 
 
 def to_c(controller, path=None, single=False, name="pendulum"):
-    """A self-contained C99 source file with the arithmetic of `Controller.step`.
+    """The text of a self-contained C99 source file with the arithmetic of `Controller.step`.
 
     It holds prototypes, a state struct, ``<name>_init``, ``<name>_step`` (and its halves
     ``_output`` and ``_update``), the limits, and no allocation. What `Controller.step` does not
@@ -166,15 +166,6 @@ def to_c(controller, path=None, single=False, name="pendulum"):
     path : where to write the file, or None
     single : floats instead of doubles
     name : prefix of everything in the file, a C identifier
-
-    Returns
-    -------
-    str : the source
-
-    Raises
-    ------
-    TypeError : not a `Controller`
-    ValueError : a prefix that C does not take, a file that cannot be written
 
     >>> print(pl.to_c(pl.paper_design("double").controller).splitlines()[0])
     /* Sampled controller for an inverted pendulum, sampling time 0.01 s.

@@ -26,14 +26,7 @@ def controllability_ratio(A, B):
     1 is the best value; it is inf where the pair is not controllable (to working precision it
     comes out above 1e15).
 
-    Parameters
-    ----------
-    A : (n, n)
-    B : (n, m)
-
-    References
-    ----------
-    Furuta et al. 1984, as the paper's introduction reports it.
+    A is n x n, B n x m. Source: Furuta et al. 1984, as the paper's introduction reports it.
 
     >>> pl.controllability_ratio([[0, 1], [0, 0]], [[0], [1]])
     1.0
@@ -62,23 +55,17 @@ def distance_to_uncontrollability(A, B, tolerance=1e-2):
 
     Parameters
     ----------
-    A : (n, n)
-    B : (n, m)
+    A, B : (n, n), (n, m)
     tolerance : above 0 and below 1; no s gives less than the result by more than this fraction (or
-        by more than 1e-9 of the size of [A, B]); the minimum found is refined to about 8 digits
+        by more than 1e-9 of the size of [A, B]); the minimum found is refined to about 8 digits.
+        ValueError for one that would take more than 100,000 cells
 
     Returns
     -------
     distance : 2-norm of the smallest change, complex changes included
     s : the eigenvalue that would be lost, Im s >= 0
 
-    Raises
-    ------
-    ValueError : a tolerance that would take more than 100,000 cells
-
-    References
-    ----------
-    Eising 1984; Gahinet and Laub 1992.
+    Sources: Eising 1984; Gahinet and Laub 1992.
 
     >>> distance, s = pl.distance_to_uncontrollability([[0, 1], [0, 0]], [[0], [1]])
     >>> round(distance**2, 6), round(abs(s), 3)
@@ -152,16 +139,8 @@ def in_units(plant, angle=1.0, second=1.0, volts=1.0):
     """A and B of `plant` with angles counted in `angle` rad, time in `second` s, inputs in `volts` V.
 
     With D = diag(angle, ..., angle/second, ...): second D^-1 A D and second D^-1 B diag(volts).
-
-    Parameters
-    ----------
-    plant : continuous control.StateSpace, n angles followed by their n rates, as from `linearize`
-    angle, second : numbers above 0
-    volts : a number above 0, or one for each of the m inputs
-
-    Returns
-    -------
-    A (2n, 2n), B (2n, m)
+    `plant` is continuous, n angles followed by their n rates, as from `linearize`; `volts` is a
+    number for all m inputs or one for each.
 
     >>> A, B = pl.in_units(pl.linearize(pl.load("double")), second=0.2)
     >>> bool(A[0, 2] == 1)  # an angle grows by one per unit of time at rate one
@@ -173,11 +152,10 @@ def in_units(plant, angle=1.0, second=1.0, volts=1.0):
         for name, unit in (("angle", angle), ("second", second))
     )
     volts = numbers("volts", volts, above=0)
-    volts = numbers(
-        "volts", volts * plant.ninputs if len(volts) == 1 else volts, count=plant.ninputs
-    )
+    volts = volts * plant.ninputs if len(volts) == 1 else volts
+    volts = np.array(numbers("volts", volts, count=plant.ninputs))
     D = np.repeat([angle, angle / second], plant.nstates // 2)
-    return second * plant.A * D / D[:, None], second * plant.B * np.array(volts) / D[:, None]
+    return second * plant.A * D / D[:, None], second * plant.B * volts / D[:, None]
 
 
 def with_bar(rig, link, inertia, mass=0.0, height=None):
@@ -195,17 +173,12 @@ def with_bar(rig, link, inertia, mass=0.0, height=None):
     mass : kg
     height : of the bar above the link's lower hinge, m; default is the link's centre of mass
 
-    Returns
-    -------
-    Pendulum
-
     >>> wider = pl.with_bar(pl.load("double"), 2, inertia=0.1)
     >>> round(wider.links[1].inertia, 4)
     0.1305
     """
     instance("rig", rig, Pendulum, 'pl.load("double")')
-    if whole("link", link, least=1) > rig.n_links:
-        raise ValueError(f"link: the rig has links 1 to {rig.n_links}, found {link}.")
+    whole("link", link, least=1, most=rig.n_links)
     inertia, mass = number("inertia", inertia, least=0), number("mass", mass, least=0, most=1e100)
     old = rig.links[link - 1]
     height = number("height", old.com if height is None else height, least=0, most=1e100)
@@ -222,18 +195,9 @@ def least_effort(rig, x0):
     It is z' G^-1 z, where z = V x0 is the unstable part, dz/dt = A_u z + B_u u, and
     A_u G + G A_u' = B_u B_u'; the stable part comes to rest by itself.
 
-    Parameters
-    ----------
-    rig : Pendulum with limits ``u_max``
-    x0 : 2n relative angles (rad) and rates (rad/s)
-
-    Returns
-    -------
-    float, inf where an unstable mode cannot be moved
-
-    Notes
-    -----
-    The cost of the linear quadratic regulator (22) with R = diag(1/u_max^2) as Q goes to zero.
+    The rig has limits ``u_max``, x0 holds 2n relative angles (rad) and rates (rad/s); inf where an
+    unstable mode cannot be moved. It is also the cost of the linear quadratic regulator (22) with
+    R = diag(1/u_max^2) as Q goes to zero.
 
     >>> round(pl.least_effort(pl.load("double"), [0.05, 0, 0, 0]), 2)
     0.13
@@ -258,11 +222,8 @@ def recoverable_tilt(rig, direction=None):
     ----------
     rig : Pendulum with finite limits ``u_max``
     direction : 2n relative angles (rad) and rates (rad/s); by default a straight pendulum at rest,
-        leaning by theta1 = 1 rad
-
-    Returns
-    -------
-    float : rad of theta1 for the default direction; inf for one that comes to rest by itself
+        leaning by theta1 = 1 rad, so that the result is in rad of theta1. One that comes to rest by
+        itself gives inf
 
     >>> round(pl.recoverable_tilt(pl.load("triple")), 3)
     0.182

@@ -11,6 +11,7 @@ References: Gelb and Vander Velde, Multiple-Input Describing Functions and Nonli
 
 from dataclasses import dataclass, replace
 from itertools import product
+from operator import attrgetter
 
 import numpy as np
 from scipy.optimize import root
@@ -95,10 +96,6 @@ def limit_cycles(design, imperfections, between=(0.2, 12.0), rig=None):
     imperfections : `Imperfections`, of which gap, contact_stiffness and gear_friction are read
     between : frequencies that are searched, Hz
     rig : Pendulum under the design's controller, where it is not the design's own
-
-    Raises
-    ------
-    TypeError, ValueError : no Design, or a rig without filters
     """
     instance("design", design, Design, 'pl.paper_design("triple")')
     instance("imperfections", imperfections, Imperfections)
@@ -116,11 +113,7 @@ def limit_cycles(design, imperfections, between=(0.2, 12.0), rig=None):
         cycle = gears.cycle(*guess)
         if cycle and all(abs(np.log(cycle.hertz / c.hertz)) > 0.01 for c in cycles):
             cycles.append(cycle)
-    return sorted(cycles, key=_frequency)
-
-
-def _frequency(cycle):
-    return cycle.hertz
+    return sorted(cycles, key=attrgetter("hertz"))
 
 
 class _Gears:

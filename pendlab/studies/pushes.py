@@ -41,7 +41,7 @@ def largest_pulses(
     rig, controller, lengths, imperfections=None, initial=None, *,
     levers=None, start=3.0, recovery=7.0, accuracy=0.02,
 ):  # fmt: skip
-    """Largest pulse on each link, in the worse direction, from which the rig recovers.
+    """`Admissible`: the largest pulse on each link, in the worse direction, that the rig survives.
 
     A pulse of height h acts from `start` for its length; recovered means that no
     link has passed the horizontal `recovery` seconds after it began. h is bracketed by doubling and
@@ -57,13 +57,7 @@ def largest_pulses(
     start, recovery : s
     accuracy : relative, from 1e-9 to below 1
 
-    Returns
-    -------
-    Admissible
-
-    Raises
-    ------
-    ValueError : a rig that falls without any push, or that no push makes fall in time
+    ValueError for a rig that falls without any push, or that no push makes fall in time.
 
     >>> design = pl.paper_design("double")
     >>> found = pl.largest_pulses(design.rig, design.controller, [0.05], recovery=2.0, accuracy=0.1)
@@ -139,11 +133,8 @@ def _bisect(recovers, low, high, accuracy):
 def force_levers(rig):
     """Torques on the links by a horizontal force of 1 N at the centre of mass of each link.
 
-    Upright, a force at link i turns every link below by its length and link i by its com.
-
-    Returns
-    -------
-    (n, n) array, row i for a force on link i + 1, m
+    Upright, a force at link i turns every link below by its length and link i by its com. An (n, n)
+    array, m; row i (counted from 0) for a force on link i + 1.
 
     >>> pl.force_levers(pl.load("double"))
     array([[0.1291, 0.    ],

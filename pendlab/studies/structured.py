@@ -35,15 +35,10 @@ def structured_sigma(L):
     For two inputs the best D is found in closed form. With a = 1 + L11, b = 1 + L22, c = L12 L21
     the product of both singular values is |ab - c| for every D, and the sum of their squares is
     least, hence the smaller one largest, at p = |a|^2 + |b|^2 + 2|c|:
-    sigma^2 = (p - sqrt(p^2 - 4 |ab - c|^2))/2. For two blocks this bound is exact.
+    sigma^2 = (p - sqrt(p^2 - 4 |ab - c|^2))/2. For two blocks this bound is exact. L is a frequency
+    response (N, 2, 2).
 
-    Parameters
-    ----------
-    L : (N, 2, 2) frequency response
-
-    References
-    ----------
-    Maciejowski 1989, chapter 3 (the paper's reference); Doyle 1982, IEE Proc. D 129, 242-250.
+    Sources: Maciejowski 1989, chapter 3 (the paper's reference); Doyle 1982, IEE Proc. D 129, 242-250.
     """
     a, b = 1 + L[:, 0, 0], 1 + L[:, 1, 1]
     c = L[:, 0, 1] * L[:, 1, 0]

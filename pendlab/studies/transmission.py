@@ -12,7 +12,7 @@ import numpy as np
 from .._arguments import flag, instance, numbers, state_space
 from ..design import Design
 from ..loop import closed_loop_eigenvalues, frequency_grid, frequency_response, least
-from ..models import angle_names, equations, with_filters
+from ..models import angle_names, derived, equations, with_filters
 from ..parameters import Pendulum
 from ..sampled import sample
 
@@ -21,17 +21,8 @@ def with_torques(plant, rig):
     """`plant` with a torque on each link as further inputs.
 
     From M theta'' + N theta' + P theta + H u = tau the relative accelerations gain W M^-1 tau, with
-    tau in the direction of growing absolute angles.
-
-    Parameters
-    ----------
-    plant : continuous control.StateSpace of `pl.linearize` or `pl.with_filters`: its first 2n
-        states are the relative angles and rates
-    rig : Pendulum with n links
-
-    Returns
-    -------
-    control.StateSpace with the inputs ``torque 1`` ... ``torque n`` (N m) behind those of `plant`
+    tau in the direction of growing absolute angles. `plant` comes from `pl.linearize` or
+    `pl.with_filters` of the `rig`; behind its inputs stand ``torque 1`` ... ``torque n`` (N m).
 
     >>> pl.with_torques(pl.linearize(pl.load("double")), pl.load("double")).input_labels
     ['u1', 'torque 1', 'torque 2']
@@ -46,16 +37,10 @@ def with_torques(plant, rig):
     W, M = (np.asarray(X, dtype=float) for X in motion.linear(*values)[:2])
     torques = np.zeros((plant.nstates, n))
     torques[n : 2 * n] = W @ np.linalg.inv(M)
-    return control.ss(
-        plant.A,
-        np.hstack([plant.B, torques]),
-        plant.C,
-        np.hstack([plant.D, np.zeros((plant.noutputs, n))]),
-        states=plant.state_labels,
-        inputs=plant.input_labels + [f"torque {i + 1}" for i in range(n)],
-        outputs=plant.output_labels,
-        name=plant.name,
-    )
+    B = np.hstack([plant.B, torques])
+    D = np.hstack([plant.D, np.zeros((plant.noutputs, n))])
+    inputs = plant.input_labels + [f"torque {i + 1}" for i in range(n)]
+    return derived(plant, plant.A, B, plant.C, D, name=plant.name, inputs=inputs)
 
 
 def closed_loop(design, filters=True):
@@ -100,19 +85,14 @@ def closed_loop(design, filters=True):
     C_closed = np.vstack([angles, np.hstack([K.D @ C, K.C])])
     D_closed = zeros((n + m, q + n + len(tracked)))
     D_closed[n:, :q] = K.D
-    outputs = G.output_labels
-    return control.ss(
-        A_closed,
-        B_closed,
-        C_closed,
-        D_closed,
-        design.dt,
-        inputs=[f"noise {name}" for name in outputs]
-        + G.input_labels[m:]
-        + [f"reference {outputs[i]}" for i in tracked],
+    noise = [f"noise {name}" for name in G.output_labels]
+    references = [f"reference {G.output_labels[i]}" for i in tracked]
+    labels = dict(
+        inputs=noise + G.input_labels[m:] + references,
         outputs=angle_names(n) + plant.input_labels,
         name=f"{plant.name} in closed loop",
     )
+    return control.ss(A_closed, B_closed, C_closed, D_closed, design.dt, **labels)
 
 
 def time_constant(loop):
@@ -131,18 +111,8 @@ def rms(system, deviations=1.0):
     P = A P A' + B S B' gives the states' covariance, C P C' + D S D' that of the outputs, with
     S = diag(deviations^2). With deviations 1 the root of the squares' sum is the H2 norm.
 
-    Parameters
-    ----------
-    system : sampled stable control.StateSpace with p outputs
-    deviations : standard deviation of every sample, one number per input or one for all
-
-    Returns
-    -------
-    array (p,)
-
-    Raises
-    ------
-    ValueError : a system that is not sampled or not stable
+    `system` is sampled and stable; `deviations` are the standard deviations of every sample, one
+    number per input or one for all.
 
     >>> lag = control.ss([[0.6]], [[1.0]], [[1.0]], 0, 0.01)  # variance 1/(1 - 0.6^2) = 1.25^2
     >>> pl.rms(lag).round(6).tolist()
@@ -178,15 +148,8 @@ def _covariance(A, Q):
 def peak_gain(system, points=3000):
     """H-infinity norm: the largest singular value at any frequency, and that frequency.
 
-    Looked for on a grid through every eigenvalue's own frequency, then refined.
-
-    Parameters
-    ----------
-    system : sampled stable control.StateSpace
-
-    Returns
-    -------
-    value, omega (rad/s)
+    (value, rad/s) of a sampled stable `system`, looked for on a grid through every eigenvalue's own
+    frequency, then refined.
 
     >>> lag = control.ss([[0.6]], [[1.0]], [[1.0]], 0, 0.01)  # 1/(1 - 0.6) at rest
     >>> value, omega = pl.peak_gain(lag)

@@ -34,19 +34,11 @@ def unknown_input_observer(model, noise, process=None):
     noise : covariance V of the readings, q x q positive definite, or its q diagonal entries
     process : covariance W of further process noise, n x n, or its n diagonal entries; default none
 
-    Returns
-    -------
-    Observer with n states
+    ValueError for a rank of CB below m, or an invariant zero that is not inside the unit circle.
 
-    Raises
-    ------
-    ValueError : rank CB below m, or an invariant zero that is not inside the unit circle
-
-    References
-    ----------
-    Kitanidis 1987, Automatica 23, 775-778; Darouach, Zasadzinski and Xu 1994, IEEE Trans. Autom.
-    Control 39, 606-609; Hautus 1983, Linear Algebra Appl. 50, 353-368; Maciejowski 1985, IEEE
-    Trans. Autom. Control 30, 602-605 (the current estimator recovers, the predictor cannot).
+    Sources: Kitanidis 1987, Automatica 23, 775-778; Darouach, Zasadzinski and Xu 1994, IEEE Trans.
+    Autom. Control 39, 606-609; Hautus 1983, Linear Algebra Appl. 50, 353-368; Maciejowski 1985,
+    IEEE Trans. Autom. Control 30, 602-605 (the current estimator recovers, the predictor cannot).
 
     >>> filter = pl.unknown_input_observer(pl.paper_design("double").model, [1e-6, 1e-6, 1e-4])
     >>> filter.residuals(pl.paper_design("double").model)["H - TB"] < 1e-12
