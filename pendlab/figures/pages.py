@@ -119,7 +119,7 @@ def observer_page(design):
         lead = (
             f"Noise gain: white noise of 1 rad and 1 rad/s in the readings becomes {short(noise)} V at "
             f"motor 1. Estimating rows of [L1 L2]: {rows}. At {0.5 / design.dt:g} Hz the controller "
-            f"makes {short(gains.fastest)} V of an angle of 1 rad."
+            f"makes up to {short(gains.fastest)} V of an angle of 1 rad."
         )
         alt = (
             "Nyquist curves without and with filters, and the controller's gain from each reading "

@@ -721,6 +721,7 @@ OTHER_FORM = {
 }  # fmt: skip
 
 PRINTED = {
+    "04.7": lambda: (4,),  # prints the distance asked for
     "hw7.4": RIGHT["hw7.4"],
     "hw7.5": RIGHT["hw7.5"],
     "02.5": lambda: tuple(np.vectorize(four_digits)(part) for part in twice()),

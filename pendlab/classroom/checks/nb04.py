@@ -167,7 +167,7 @@ def exercise_6(rig):
 def exercise_7(q_mine, rig=None):
     """Process noise of a Kalman filter for the double with its filters: near, and quiet."""
     q = number("q_mine", q_mine, above=0, most=1e9)  # V^2
-    distance, noise = _kalman(_design("double", rig), q)
+    distance, noise = np.round(_kalman(_design("double", rig), q), 3)  # as printed
     told = f"With your q the distance is {distance:.3f} and the noise {noise:.3f} V."
     if distance < DISTANCE:
         yield f"{told} Doubt the motor more."
