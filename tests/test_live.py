@@ -298,6 +298,18 @@ def test_in_a_notebooks_frame_verdict_picture_and_words_are_seen_at_once(browser
 
 @pytest.mark.browser
 @in_browser
+@pytest.mark.parametrize("color", ["light", "dark"])
+def test_axe_finds_nothing_on_the_page(page, color):
+    from axe_playwright_python.sync_playwright import Axe
+
+    page.emulate_media(color_scheme=color)
+    page.click("summary")
+    found = Axe().run(page).response
+    assert len(found["passes"]) > 25 and found["violations"] == []
+
+
+@pytest.mark.browser
+@in_browser
 def test_reduced_motion_starts_paused(browser, tmp_path):
     file = tmp_path / "double.html"
     file.write_text(str(pl.live_rig("double")), encoding="utf-8")

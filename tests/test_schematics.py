@@ -166,7 +166,7 @@ def test_animation_is_xml_and_ends_at_the_last_sample(name):
     assert root.get("role") == "img"
     assert root.find(f"{SVG}title").text == "a < b & c"
     assert "3 s" in root.find(f"{SVG}desc").text
-    links = root.findall(f"{SVG}g[@class='m']/{SVG}polyline")
+    links = root.findall(f"{SVG}g[@class='pendlab-m']/{SVG}polyline")
     assert len(links) == rig.n_links
     frames = [link.find(f"{SVG}animate").get("values").split(";") for link in links]
     assert {len(values) for values in frames} == {76}  # 3 s at 25 frames a second, and the first
@@ -189,7 +189,7 @@ def test_animation_is_deterministic_small_and_keeps_to_its_frame():
     assert text == animate_svg(rig, t.copy(), angles.copy(), width=300, height=200)
     assert len(text) < 20_000
     assert "http" not in text.replace("http://www.w3.org/2000/svg", "") and "script" not in text
-    for link in ET.fromstring(text).findall(f"{SVG}g[@class='m']/{SVG}polyline"):
+    for link in ET.fromstring(text).findall(f"{SVG}g[@class='pendlab-m']/{SVG}polyline"):
         for frame in link.find(f"{SVG}animate").get("values").split(";"):
             for x, y in (map(float, pair.split(",")) for pair in frame.split()):
                 assert 0 < x < 300 and 0 < y < 200 - BAR
@@ -276,9 +276,13 @@ def test_small_picture_shows_the_same_with_fewer_bytes(tmp_path):
 def test_animation_has_words_and_stands_still_when_asked():
     rig = load("double")
     page = pl.animation(rig, *run_of(rig), title="a < b").data
-    assert page.startswith("<details open><summary>a &lt; b") and 'alt="a &lt; b. Moving' in page
-    svg = base64.b64decode(page.split("svg+xml;base64,")[1].split('"')[0]).decode()
+    assert "<summary>a &lt; b (show or hide" in page and 'alt="a &lt; b. Moving' in page
+    svg, rest = (
+        base64.b64decode(part.split('"')[0]).decode() for part in page.split("svg+xml;base64,")[1:]
+    )
+    assert "animate" in svg and "animate" not in rest and "style" not in rest
+    assert rest.count("<polyline") == 6 * rig.n_links
     root = ET.fromstring(svg)
-    still = root.find(f"{SVG}g[@class='s']")
+    still = root.find(f"{SVG}g[@class='pendlab-s']")
     assert len(still) == 6 * rig.n_links and not list(still.iter(f"{SVG}animate"))
     assert "prefers-reduced-motion" in root.find(f"{SVG}style").text

@@ -1,5 +1,6 @@
 """The pendulum that moves: its geometry, a small drawing to update, and an animation in SVG."""
 
+import re
 from html import escape, unescape
 from itertools import pairwise
 
@@ -127,14 +128,15 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
         f"Largest angles: {escape(largest)}.</desc>"
         f'<rect width="{width:g}" height="{height:g}" fill="white"/>{STILL}{_positions(points)}'
         f'<path d="M{x - 40:.1f} {y:.1f}h80" stroke="{COLORS["grey"]}" stroke-width="4"/>'
-        f"<g class='m'>{''.join(moving)}{_time_bar(width, height, ends, clock)}</g></svg>"
+        f"<g class='pendlab-m'>{''.join(moving)}{_time_bar(width, height, ends, clock)}</g></svg>"
     )
 
 
-# Of the two drawings one is shown: the moving one, or positions that stand still.
+# Of the two drawings one is shown: the moving one, or positions that stand still. The names must be
+# nobody else's: a page may hold the drawing itself.
 STILL = (
-    "<style>.s{display:none}@media (prefers-reduced-motion: reduce)"
-    "{.s{display:inline}.m{display:none}}</style>"
+    "<style>.pendlab-s{display:none}@media (prefers-reduced-motion: reduce)"
+    "{.pendlab-s{display:inline}.pendlab-m{display:none}}</style>"
 )
 
 
@@ -147,15 +149,17 @@ def _positions(points, count=6):
         for k, pose in enumerate(some)
         for i, ((x0, y0), (x1, y1)) in enumerate(pairwise(pose))
     )
-    return f"<g class='s' fill='none' stroke-width='5' stroke-linecap='round'>{drawn}</g>"
+    return f"<g class='pendlab-s' fill='none' stroke-width='5' stroke-linecap='round'>{drawn}</g>"
 
 
 def animation(rig, t, angles, caption=None, **options):
-    """`animate_svg` as something to display in a notebook: a picture that moves, and may be closed.
+    """`animate_svg` as something to display in a notebook: a picture that moves, and can be stopped.
 
-    The picture is an ``<img>``: it moves in a notebook that is not trusted, in exports and without a
-    kernel. Closing it by its heading stops it; whoever asks the system for reduced motion sees the
-    fall or swing as positions that stand still.
+    The pictures are ``<img>``: they show in a notebook that is not trusted, in exports and without a
+    kernel. Where scripts run, the button Pause halts the motion and lets it go on. Where none does,
+    as in a clone that is not trusted, nothing that the front ends let through can halt a picture:
+    there the heading hides the moving one, and the same run as positions that stand still is seen
+    below it. Whoever asks the system for reduced motion sees those alone.
 
     Parameters
     ----------
@@ -170,11 +174,38 @@ def animation(rig, t, angles, caption=None, **options):
     title, about = (
         unescape(svg.split(f"<{part}>")[1].split(f"</{part}>")[0]) for part in ("title", "desc")
     )
-    picture = image_html(svg.encode(), f"{title}. {about}", "image/svg+xml")
-    return HTML(
-        f"<details open><summary>{escape(caption or title)} (moving; close to stop it)</summary>"
-        f"{picture}</details>"
+    still = re.sub("<style>.*</style>|<g class='pendlab-m'>.*</g>", "", svg)
+    moving, still = (
+        image_html(drawing.encode(), f"{title}. {words}", "image/svg+xml")
+        for drawing, words in (
+            (svg, about),
+            (still, "Six positions of the run, later ones darker."),
+        )
     )
+    return HTML(
+        f"{FOLDED}<details open class='pendlab-moving'><summary>{escape(caption or title)} "
+        f"(show or hide the moving picture)</summary>{moving}{PAUSE}</details>"
+        f"<div class='pendlab-rest'>{still}</div>"
+    )
+
+
+FOLDED = "<style>.pendlab-moving[open] + .pendlab-rest { display: none }</style>"
+# An image hides its clock; the same drawing as a part of the page has one that can be halted.
+PAUSE = """<script>{
+const image = document.currentScript.previousElementSibling, button = document.createElement("button");
+fetch(image.src).then((answer) => answer.text()).then((text) => {
+  const box = document.createElement("div");
+  box.innerHTML = text;
+  const svg = box.firstChild;
+  button.textContent = "Pause";
+  button.onclick = () => {
+    const halted = svg.animationsPaused();
+    halted ? svg.unpauseAnimations() : svg.pauseAnimations();
+    button.textContent = halted ? "Pause" : "Go on";
+  };
+  image.replaceWith(box, button);
+});
+}</script>"""
 
 
 BAR = 34  # px kept below the drawing for the time

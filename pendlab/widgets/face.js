@@ -32,14 +32,14 @@ function render({ model, el }) {
       const box = make("input", { type: "checkbox", id: id + name });
       box.onchange = () => say({ name, value: box.checked });
       fields[name] = { show: (value) => (box.checked = value), parts: [box], note };
-      return make("div", { class: "row" }, box, label, note);
+      return make("div", { class: "knob switch" }, box, label, note);
     }
     if (control.kind === "choice") {
       const options = control.options.map((text, k) => make("option", { value: k }, text));
       const box = make("select", { id: id + name }, ...options);
       box.onchange = () => say({ name, value: Number(box.value) });
       fields[name] = { show: (value) => (box.value = value), parts: [box], note };
-      return make("div", { class: "row" }, label, box, note);
+      return make("div", { class: "knob" }, label, box, note);
     }
     const range = make("input", { type: "range", id: id + name, min: 0, max: control.last, step: 1 });
     const text = make("input", { type: "text", inputmode: "decimal", class: "number",
@@ -74,7 +74,7 @@ function render({ model, el }) {
       parts: [range, text],
       note,
     };
-    return make("div", { class: "row" }, label, text,
+    return make("div", { class: "knob" }, label, text,
       make("span", { class: "track" }, range, make("span", { class: "ticks", "aria-hidden": "true" },
         ...ticks, start)), note);
   }
@@ -85,18 +85,20 @@ function render({ model, el }) {
   });
   const progress = make("progress", { hidden: true, "aria-label": "progress" });
   const image = make("img", { width: face.width }), beside = make("div", { class: "beside" });
-  const badge = make("span", { class: "badge" }), words = make("div", { role: "status" });
+  const badge = make("span", { class: "verdict" }), words = make("div", { role: "status" });
   const table = make("div");
-  const groups = face.groups.map(({ heading, controls }) => {
-    const grid = make("div", { class: "grid" }, ...controls.map(row));
-    if (!heading) return grid;
-    return make("details", {}, make("summary", {}, heading), grid);
+  const [first, ...folds] = face.groups.map(({ heading, controls }) => {
+    // One width for the labels, so that the sliders stand below each other.
+    const longest = Math.max(...controls.map((control) => control.label.length));
+    const style = `--label: ${1 + 0.8 * Math.min(longest, 26)}ch`;
+    const grid = make("div", { class: "grid", style }, ...controls.map(row));
+    return heading ? make("details", {}, make("summary", {}, heading), grid) : grid;
   });
   const legend = face.legend.map((line) => make("li", {}, line));
   root.append(
     make("style", {}, `.jp-OutputArea-child:has(.${face.still}), .${face.still} { display: none }`),
     make("div", { class: "head" }, make("b", {}, face.title), badge),
-    ...groups,
+    first, make("div", { class: "folds" }, ...folds),
     make("div", { class: "buttons" }, ...buttons, progress),
     make("div", { class: "views" }, image, beside), words, table,
     make("details", {}, make("summary", {}, "What is what"), make("ul", {}, ...legend)),
@@ -115,18 +117,26 @@ function render({ model, el }) {
       }
     }
     badge.textContent = state.verdict ? state.verdict[0] : "";
-    badge.className = "badge " + (state.verdict ? (state.verdict[1] ? "good" : "bad") : "none");
+    badge.className = "verdict " + (state.verdict ? (state.verdict[1] ? "good" : "bad") : "none");
     words.className = state.sound ? "words" : "words wrong";
     words.replaceChildren(...state.words.map((line) => make("p", {}, line)));
     const rows = state.table.map((cells, k) => make("tr", {},
-      ...cells.map((cell, j) => make(k && j ? "td" : "th", { scope: k ? "row" : "col" }, cell))));
+      ...cells.map((cell, j) => k && j ? make("td", {}, cell) : make("th", { scope: k ? "row" : "col" }, cell))));
     table.replaceChildren(...(rows.length ? [make("table", {}, ...rows)] : []));
     image.alt = state.alt;
     root.classList.toggle("busy", Boolean(state.busy));
     progress.hidden = !state.progress;
     if (state.progress) [progress.value, progress.max] = state.progress;
   }
-  const accompany = () => (beside.innerHTML = model.get("beside"));
+  function accompany() {
+    const hidden = beside.querySelector("details:not([open])");
+    beside.innerHTML = model.get("beside");
+    for (const still of beside.querySelectorAll("script")) {  // one that came as text does not run
+      const script = make("script", {}, still.textContent);
+      still.replaceWith(script);
+    }
+    if (hidden) beside.querySelector("details").open = false;
+  }
   let address;
   function paint() {
     const next = URL.createObjectURL(new Blob([model.get("picture")], { type: "image/png" }));

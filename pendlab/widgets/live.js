@@ -93,7 +93,18 @@ const svg = (parent, kind, attributes) => {
 };
 const total = rig.lengths.reduce((a, b) => a + b, 0), SCALE = 250 / total, GROUND = 285;
 const picture = $("rig");
-const shades = rig.colors.map(color => `color-mix(in srgb, ${color} var(--share), white)`);  // paler on a dark page
+const shade = color => color === "#000000" ? "var(--ink)" : `color-mix(in srgb, ${color} var(--share), white)`;
+const shades = rig.colors.map(shade), voltShades = rig.volt_colors.map(shade);  // paler on a dark page
+const voltNames = rig.u_max.map((_, j) => `u${String.fromCharCode(0x2081 + j)}`);
+const night = matchMedia("(prefers-color-scheme: dark)");
+function dress() {
+  // As the notebook round the frame where there is one that says, else as the reader's system.
+  let lab;
+  try { lab = parent.document.body.dataset.jpThemeLight; } catch { /* a frame of another site */ }
+  document.documentElement.classList.toggle("dark", lab ? lab === "false" : night.matches);
+}
+night.addEventListener("change", dress);
+dress();
 picture.setAttribute("viewBox", "-190 0 380 320");
 svg(picture, "line", { x1: -180, x2: 180, y1: GROUND + 8, y2: GROUND + 8, stroke: "var(--soft)", "stroke-width": 2 });
 const links = rig.lengths.map((_, i) => svg(picture, "line",
@@ -102,7 +113,7 @@ const hinges = rig.lengths.map((_, i) => svg(picture, "circle",
   { r: i > 0 && i <= M ? 9 : 6, fill: i > 0 && i <= M ? "var(--ink)" : "var(--paper)", stroke: "var(--ink)", "stroke-width": 2 }));
 const bars = rig.u_max.map((_, j) => ({
   frame: svg(picture, "rect", { width: 80, height: 8, fill: "var(--wash)", stroke: "var(--soft)" }),
-  level: svg(picture, "rect", { height: 8, fill: shades[j + 1] }),
+  level: svg(picture, "rect", { height: 8, fill: voltShades[j] }),
   label: svg(picture, "text", { "font-size": 11 }) }));
 const pull = svg(picture, "line", { stroke: "var(--focus)", "stroke-width": 3, "stroke-dasharray": "5 4", visibility: "hidden" });
 const place = new Float64Array(2 * N + 2);
@@ -127,7 +138,7 @@ function draw(one) {
     bar.level.setAttribute("x", left + 40 + Math.min(part, 0)); bar.level.setAttribute("y", top);
     bar.level.setAttribute("width", Math.abs(part));
     bar.label.setAttribute("x", left + 84); bar.label.setAttribute("y", top + 8);
-    bar.label.textContent = `u${j + 1} ${u[j].toFixed(1)} V`;
+    bar.label.textContent = `${voltNames[j]} ${u[j].toFixed(1)} V`;
   });
 }
 
@@ -147,14 +158,14 @@ function chart(box, names, colors, limited) {
   const paths = names.map((_, i) => svg(node, "path", { fill: "none", stroke: colors[i], "stroke-width": 1.8,
     "stroke-dasharray": DASHES[i % 3], "vector-effect": "non-scaling-stroke" }));
   const top = text("top"), bottom = text("bottom"), key = text("key");
-  names.forEach((name, i) => Object.assign(key.appendChild(document.createElement("i")),
-    { textContent: `${name} ${["\u2014", "- -", "\u00b7\u00b7\u00b7"][i % 3]}` }).style.color = colors[i]);
+  names.forEach((name, i) => Object.assign(key.appendChild(document.createElement("i")), { textContent: name })
+    .style.borderBottom = `3px ${["solid", "dashed", "dotted"][i % 3]} ${colors[i]}`);
   return { paths, top, bottom };
 }
 
 const charts = [
   chart($("angles"), rig.names, shades, false),
-  chart($("volts"), rig.u_max.map((_, j) => `u${j + 1}`), shades.slice(1), true),
+  chart($("volts"), voltNames, voltShades, true),
 ];
 
 function trace() {

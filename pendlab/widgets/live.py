@@ -4,6 +4,7 @@ import base64
 import json
 from dataclasses import replace
 from html import escape
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -16,7 +17,7 @@ from ..bench.plant import ACCURATE, LARGEST_STEP, bench_tuples, fastest_rate, in
 from ..bench.tuples import Law, Memory
 from ..design import Design
 from ..figures.moving import draw_pendulum, link_color
-from ..figures.style import describe, image_html, new_figure, small_png, styled
+from ..figures.style import describe, image_html, look, new_figure, small_png, styled
 from ..paper.designs import paper_design
 from .javascript import to_javascript
 
@@ -124,8 +125,9 @@ def packed(design):
     ]
     return _plain(
         {
-            "names": [f"θ{i}" if i == 1 else f"θ{i}-θ{i - 1}" for i in range(1, n + 1)],
+            "names": ["θ₁", *(f"θ{b}−θ{a}" for a, b in pairwise("₁₂₃₄₅₆"[:n]))],
             "colors": [link_color(i) for i in range(1, n + 1)],
+            "volt_colors": [look(f"u{j}")["color"] for j in range(1, m + 1)],
             "lengths": [link.length for link in rig.links],
             "u_max": rig.u_max,
             "dt": design.dt,
