@@ -98,7 +98,7 @@ LINES = {
     "theta6-theta5": _angle(6, "sky", LONG),
     "rate": _line("purple", "-", r"$\dot\theta_1$"),
     **{
-        f"u{i}": _line(color, "-", f"$u_{i}$")
+        f"u{i}": _line(color, "-" if i % 2 else (0, (7, 1.5)), f"$u_{i}$")
         for i, color in enumerate(("black", "orange", "sky", "grey", "green"), 1)
     },
     "reference": _line("grey", "--", "reference", linewidth=1.4),

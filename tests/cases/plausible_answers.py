@@ -258,7 +258,7 @@ def noise_volts(motor="u2", filters=True):
     return pl.rms(loop[motor, "noise theta3-theta2"], 1e-3)[0]
 
 
-def least_sigma(left=None, filters=True):
+def least_sigma(left=None, filters=False):
     design = pl.paper_design("triple")
     loop = design.filtered_loop if filters else design.nominal_loop
     D = np.diag(left if left is not None else 1 / np.array(design.rig.u_max))
@@ -846,7 +846,7 @@ WRONG = {
     "06.5": [
         (lambda: (least_sigma([12, 2.5]),), "wrong side"),
         (lambda: (least_sigma([1, 1]),), "in volts"),
-        (lambda: (least_sigma(filters=False),), "without filters"),
+        (lambda: (least_sigma(filters=True),), "with filters"),
     ],
     "A.5": [
         (lambda: (half_geared(power=1),), "power"),

@@ -45,7 +45,7 @@ def exercise_2(rig):
     yield delay(index=0), "That is input 1; the delay sits before motor 2."
     m = margins(design.loop(1, filters=True))
     yield m.phase, "That is the phase margin in rad; at which frequency, and so what time?"
-    yield np.degrees(m.phase) / m.phase_omega, "The phase margin must be in rad: tau = phi/omega."
+    yield np.degrees(m.phase) / m.phase_omega, "The phase margin must be in rad, to go with rad/s."
 
 
 @on("triple")
@@ -87,12 +87,12 @@ def exercise_4(rig):
 
 @asks("sigma_shares")
 def exercise_5(rig):
-    """Smallest sigma_min of the paper's I + P G_f with the inputs in shares of their limits."""
+    """Smallest sigma_min of the paper's I + P G with the inputs in shares of their limits."""
     design = paper_design("triple")
     omega = frequency_grid(design.dt, 3000)
     D = np.diag(1 / np.array(design.rig.u_max))
 
-    def least(left=D, loop=design.filtered_loop):
+    def least(left=D, loop=design.nominal_loop):
         Rd = np.eye(2) + frequency_response(loop, omega)
         return np.linalg.svd(left @ Rd @ np.linalg.inv(left), compute_uv=False)[:, -1].min()
 
@@ -100,6 +100,6 @@ def exercise_5(rig):
     side = "D stands on the wrong side: write u = -L u with u = D^-1 times the new inputs."
     yield least(np.linalg.inv(D)), side
     yield least(np.eye(2)), "That is still in volts."
-    yield least(loop=design.nominal_loop), "That is without filters."
+    yield least(loop=design.filtered_loop), "That is with filters."
     structured = "That is the structured margin, which does not depend on units; sigma_min does."
-    yield structured_margin(design.filtered_loop).value, structured
+    yield structured_margin(design.nominal_loop).value, structured
