@@ -78,7 +78,6 @@ _CONTENTS = {
     "classroom.doctor": "doctor",
 }
 _HOME = {name: module for module, names in _CONTENTS.items() for name in names.split()}
-
 __all__ = ["__version__", *_HOME]
 
 

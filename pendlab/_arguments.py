@@ -55,8 +55,7 @@ def array(name, value, shape=None, finite=True):
     """`value` as a float array of as many dimensions as `shape`, where None stands for any size."""
     try:
         result = np.array(value)
-        # NumPy would turn these into numbers without a word.
-        if value is None or result.dtype.kind not in "iufO":
+        if value is None or result.dtype.kind not in "iufO":  # NumPy would take them for numbers
             raise TypeError
         result = result.astype(float)
     except (TypeError, ValueError, OverflowError):

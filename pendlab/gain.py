@@ -82,14 +82,10 @@ def unmoved_modes(A, B, at_least=None):
     B = np.linalg.solve(T, B)
     size = np.linalg.norm(A) or 1.0
     B = B * size / np.maximum(np.linalg.norm(B, axis=0), 1e-300)
-
-    def reach(value):
-        return np.linalg.norm(
-            np.hstack([A - value * np.eye(len(A)), B]), -2
-        )  # least singular value
-
     values = [value for value in np.linalg.eigvals(A) if at_least is None or at_least(value)]
-    return np.array([value for value in values if reach(value) <= 1e-9 * size])
+    pencils = [np.hstack([A - value * np.eye(len(A)), B]) for value in values]
+    least = np.array([np.linalg.norm(pencil, -2) for pencil in pencils])  # singular values
+    return np.array(values)[least <= 1e-9 * size]
 
 
 def _decay(model, values):

@@ -59,7 +59,6 @@ class EquationsOfMotion:
         values += [getattr(motor, name) for name in MOTOR_LETTERS for motor in rig.motors]
         return (*map(float, values), rig.g)
 
-    # Each crosses the border from SymPy to NumPy once.
     @cached_property
     def linear(self):
         """NumPy function of `symbols` that returns W, M, N, P, H."""

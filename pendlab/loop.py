@@ -334,8 +334,7 @@ def on_circle(A):
     k equal eigenvalues come out apart by about the k-th root of rounding, their mean does not.
     """
     values = np.linalg.eigvals(A).astype(complex)
-    balanced = matrix_balance(A, permute=False)[0]
-    rounding = 1e-13 * max(1.0, np.linalg.norm(balanced, 2))
+    rounding = 1e-13 * max(1.0, np.linalg.norm(matrix_balance(A, permute=False)[0], 2))
     for value in values[np.abs(np.abs(values) - 1) < 1e-2]:
         near = np.argsort(np.abs(values - value))
         for k in range(np.sum(np.abs(values - value) < 1e-2), 0, -1):

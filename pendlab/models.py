@@ -126,5 +126,4 @@ def with_filters(plant, filters):
     B = np.vstack([np.zeros((n, m)), w_in, np.zeros((p, m))])
     C = np.eye(p, n + m + p, k=n + m)
     more = [f"filtered {name}" for name in plant.input_labels + plant.output_labels]
-    name = f"{plant.name} with filters"
-    return derived(plant, A, B, C, np.zeros((p, m)), name=name, more=more)
+    return derived(plant, A, B, C, np.zeros((p, m)), name=f"{plant.name} with filters", more=more)

@@ -50,14 +50,13 @@ def encirclements(loop):
     det, segments = _determinant(loop), _segments(loop, opened, closed)
     turns = 2 * sum(_phase_change(det, z_of) for z_of in segments) / (2 * np.pi)
     outside = [int(np.sum(np.abs(values) > 1 + 1e-15)) for values in (opened, closed)]
-    count = Encirclements(round(turns), *outside)
     if not abs(turns - (outside[0] - outside[1])) < 1e-3:
         raise ValueError(
             f"loop: counted {turns:.4f} turns, but {outside[0]} open-loop and {outside[1]} "
             "closed-loop poles lie outside the unit circle: rounding hides some of them; "
             "use another gain or better scaled states."
         )
-    return count
+    return Encirclements(round(turns), *outside)
 
 
 def _with_doubt(A):

@@ -38,11 +38,10 @@ class Observer:
         set_ = object.__setattr__
         set_(self, "E", dynamics(self.E))
         p = len(self.E)
-        set_(self, "T", array("T", self.T, (p, None)))
-        n = self.T.shape[1]
-        set_(self, "K", array("K", self.K, (p, None)))
-        set_(self, "H", array("H", self.H, (p, None)))
-        set_(self, "L1", array("L1", self.L1, (n, self.K.shape[1])))
+        for name in "HTK":
+            set_(self, name, array(name, getattr(self, name), (p, None)))
+        n, q = self.T.shape[1], self.K.shape[1]
+        set_(self, "L1", array("L1", self.L1, (n, q)))
         set_(self, "L2", array("L2", self.L2, (n, p)))
 
     def residuals(self, model):
@@ -159,9 +158,7 @@ def luenberger(model, E, K):
     E = _apart(model, _sized(model, E))
     K = array("K", K, (len(E), model.noutputs))
     if not 0 < np.abs(K).max() < 1e100:
-        raise ValueError(
-            "K: expected entries up to 1e100, not all zero, found others; zeros alone give T = 0."
-        )
+        raise ValueError("K: expected entries up to 1e100, not all zero (T = 0), found others.")
     return observer(model, E, solve_sylvester(-E, model.A, K @ model.C), K)
 
 

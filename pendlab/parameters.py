@@ -162,7 +162,7 @@ UNITS = {
 def load(name):
     """A rig by name (``"double"``, ``"triple"``: Tables 2-5) or from the path of a rig file.
 
-    ValueError for an unknown rig, or with file and entry that is missing, damaged or unknown.
+    ValueError names the file and the entry that is missing, damaged or unknown.
 
     >>> pl.load("double").n_links
     2

@@ -31,10 +31,8 @@ def sample(plant, dt=0.01, delay=0.0):
             "for a sampled model; sample faster."
         )
     # First `delay` under the old voltage, then the rest of the sample under the new one.
-    (A1, B1), (A2, B2) = (
-        cont2discrete((plant.A, plant.B, plant.C, plant.D), part)[:2]
-        for part in (delay, dt - delay)
-    )
+    system = plant.A, plant.B, plant.C, plant.D
+    (A1, B1), (A2, B2) = (cont2discrete(system, part)[:2] for part in (delay, dt - delay))
     n, m = B1.shape
     old = m if delay else 0
     A = np.block([[A2 @ A1, A2 @ B1[:, :old]], [np.zeros((old, n + old))]])
