@@ -252,7 +252,7 @@ def test_answers_in_words_wait_for_the_marker(graded):
         assert part.score == 4.5
         (blank,) = gradebook.find_submission(STEM, "blank").notebooks
         assert not any(grade.needs_manual_grade for grade in blank.grades)
-    assert "full points: Without the rates" in (folder / "marking" / f"{STEM}.md").read_text()
+    assert "*Full points:* Without the rates" in (folder / "marking" / f"{STEM}.md").read_text()
 
 
 # ---- The layout

@@ -18,7 +18,7 @@ from string import Template
 
 from . import confined as prison
 from . import exercises as paper
-from .editions import SAMPLES, stamp, student
+from .editions import stamp, student, told
 from .files import as_text, command, notebooks, opened, writable
 
 MANIFEST = ".pendlab-course.json"
@@ -200,14 +200,9 @@ def sheet(name, exercises, marking):
     """What the marker reads beside the answers in words."""
     lines = [f"# Marking {name}", "", "Not for students."]
     for exercise in exercises:
-        notes = marking.get(exercise.name, {})
         hand = f", {exercise.by_hand:g} of them by reading" if exercise.by_hand else ""
-        lines += ["", f"## Exercise {exercise.name}: {exercise.points:g} points{hand}", ""]
-        lines += [f"- earns points: {item}" for item in notes.get("criteria", ())]
-        lines += [
-            f"- {title.lower()}: {notes[key]}" for key, title in SAMPLES.items() if key in notes
-        ]
-        lines += [f"- common mistake: {item}" for item in notes.get("mistakes", ())]
+        lines += ["", f"## Exercise {exercise.name}: {exercise.points:g} points{hand}"]
+        lines += told(marking.get(exercise.name, {}))
     return "\n".join(lines) + "\n"
 
 

@@ -13,18 +13,9 @@ from pathlib import Path
 from .files import command
 
 ENVIRONMENT = Path(__file__).parents[2] / "environment.txt"
-OPTIONAL = {"numba": "simulations run in plain Python, about a hundred times slower"}
-NEEDED = (
-    "numpy",
-    "scipy",
-    "control",
-    "matplotlib",
-    "ipywidgets",
-    "anywidget",
-    "sympy",
-    "jupyterlab",
-    "ipykernel",
-)
+NEEDED = "numpy scipy control matplotlib ipywidgets anywidget sympy jupyterlab ipykernel".split()
+SLOW = "simulations run in plain Python, about a hundred times slower"
+INSTALL = "run  pip install -r environment.txt  in this environment."
 
 
 @dataclass(frozen=True)
@@ -103,10 +94,11 @@ def _packages():
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         return False, f"{', '.join(missing)} missing"
+    versions = {found.name: found.version for found in importlib.metadata.distributions()}
     other = [
-        f"{name} {version} (tested: {', '.join(tested)})"
+        f"{name} {versions[name]} (tested: {', '.join(tested)})"
         for name, tested in _tested().items()
-        if (version := _version(name)) not in (None, *tested)
+        if versions.get(name) not in (None, *tested)
     ]
     if other:
         return False, "; ".join(other), f"it may work; for the tested versions {INSTALL}"
@@ -124,18 +116,11 @@ def _tested():
     return versions
 
 
-def _version(name):
-    try:
-        return importlib.metadata.version(name)
-    except importlib.metadata.PackageNotFoundError:
-        return None
-
-
 def _speed():
-    missing = [name for name in OPTIONAL if importlib.util.find_spec(name) is None]
-    if missing and sys.platform == "darwin":
-        return True, f"no numba on this Mac: {OPTIONAL['numba']}"
-    return not missing, f"numba missing: {OPTIONAL['numba']}" if missing else "numba is there"
+    if importlib.util.find_spec("numba"):
+        return True, "numba is there"
+    no_wheel = sys.platform == "darwin"
+    return no_wheel, f"no numba on this Mac: {SLOW}" if no_wheel else f"numba missing: {SLOW}"
 
 
 def _fonts():
@@ -192,34 +177,16 @@ def _cache():
     return next((finding for finding in looked if not finding[0]), looked[-1])
 
 
-INSTALL = "run  pip install -r environment.txt  in this environment."
-
 # What is looked at, how, and what to do where it is not well.
 QUESTIONS = (
-    (
-        "Python",
-        _python,
-        "install Python 3.11 or newer and make the environment anew with the README's first command.",
-    ),
+    ("Python", _python, "install Python 3.11 or newer, then the environment anew (see README)."),
     ("packages", _packages, INSTALL),
     ("compiler", _speed, f"{INSTALL} Everything works without it, only slower."),
     ("fonts", _fonts, "it comes with matplotlib: run  pip install --force-reinstall matplotlib"),
-    (
-        "kernel",
-        _kernel,
-        "another installation's kernel comes first: run  python -m ipykernel install --sys-prefix",
-    ),
-    (
-        "data",
-        _data,
-        "the folder data/ is missing or incomplete: unpack or clone the repository again.",
-    ),
+    ("kernel", _kernel, "another comes first: run  python -m ipykernel install --sys-prefix"),
+    ("data", _data, "the folder data/ is missing or incomplete: unpack the repository again."),
     ("port", _port, "a firewall forbids local servers: ask who runs this machine."),
-    (
-        "folder",
-        _writing,
-        "copy the series to your own folder; without it your work cannot be saved.",
-    ),
+    ("folder", _writing, "copy the series to a folder of yours; here no work can be saved."),
     ("compiler cache", _cache, ""),  # gives its own advice
 )
 

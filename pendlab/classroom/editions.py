@@ -11,7 +11,13 @@ from . import exercises as paper
 from . import gaps
 
 NBGRADER_SCHEMA = 3
-SAMPLES = {"full": "Full points", "half": "Half of them", "none": "No points"}
+NOTES = {
+    "mistakes": "Common mistakes",
+    "criteria": "What earns the points",
+    "full": "Full points",
+    "half": "Half of them",
+    "none": "No points",
+}
 TOLD = {"exercise", "minutes", "points", "by_hand"}  # what students may read in a task's metadata
 START, WAIT = "import pendlab as pl", "pl.skip_unanswered()  # cells that need an open answer wait"
 
@@ -187,14 +193,19 @@ def _notes(exercise, notes):
     facts.append(f"{exercise.points:g} points" if exercise.points != 1 else "1 point")
     if exercise.checks and exercise.by_hand:
         facts.append(f"of which {exercise.by_hand:g} by reading")
-    lines = [f"> **For the teacher, exercise {exercise.name}:** {', '.join(facts)}."]
-    for title, key in (("Common mistakes", "mistakes"), ("What earns the points", "criteria")):
-        if key in notes:
-            lines += [">", f"> {title}:", ">", *(f"> - {item}" for item in notes[key])]
-    for key, title in SAMPLES.items():
-        if key in notes:
-            lines += [">", f"> *{title}:* {notes[key]}"]
-    return "\n".join(lines)
+    lines = [f"**For the teacher, exercise {exercise.name}:** {', '.join(facts)}.", *told(notes)]
+    return "\n".join(f"> {line}".rstrip() for line in lines)
+
+
+def told(notes):
+    """Lines of what `exercises.marking` says of one exercise."""
+    lines = []
+    for key, title in NOTES.items():
+        if isinstance(notes.get(key), str):
+            lines += ["", f"*{title}:* {notes[key]}"]
+        elif key in notes:
+            lines += ["", f"{title}:", "", *(f"- {item}" for item in notes[key])]
+    return lines
 
 
 def lab_sheet(path):

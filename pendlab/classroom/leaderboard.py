@@ -7,7 +7,6 @@ where that can be had (`confined`). Scores are rounded to a tenth, less than whi
 differ by chaos alone; equal ones share a rank. The score that a student claims stands beside it.
 """
 
-import ast
 import contextlib
 import json
 import os
@@ -16,7 +15,7 @@ import sys
 from dataclasses import dataclass
 from pathlib import Path
 
-from . import confined
+from . import confined, gaps
 from . import exercises as paper
 from .files import command
 
@@ -64,23 +63,13 @@ def _code(path):
     checks = {name for exercise in paper.exercises(notebook) for name in exercise.checks}
     code = (c for c in notebook["cells"] if c.get("cell_type") == "code" and c["id"] not in checks)
     cells = [_plain(cell["source"]) for cell in code]
-    makes = [k for k, source in enumerate(cells) if CLASS in _bound(source)]
+    makes = [k for k, source in enumerate(cells) if CLASS in gaps.names(source)[1]]
     return cells[: makes[-1] + 1] if makes else None
 
 
 def _plain(source):
     """Python without IPython's magics."""
     return "\n".join(line for line in source.splitlines() if line.lstrip()[:1] not in ("%", "!"))
-
-
-def _bound(source):
-    try:
-        body = ast.parse(source).body
-    except (SyntaxError, ValueError):
-        return set()
-    classes = {node.name for node in body if isinstance(node, (ast.ClassDef, ast.FunctionDef))}
-    targets = [t for node in body if isinstance(node, ast.Assign) for t in node.targets]
-    return classes | {target.id for target in targets if isinstance(target, ast.Name)}
 
 
 def _claim(path):

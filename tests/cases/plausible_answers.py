@@ -806,7 +806,7 @@ WRONG = {
     "05.5": [
         (lambda: (let_go(seconds=50.0),), "faded"),
         (lambda: (let_go(height=-1e-6),), "quenched"),
-        (lambda: (3.0,), "a function of t"),
+        (lambda: (3.0,), "your function load(t)"),
     ],
     "05.6": [
         (lambda: (("opposite", "opposite"),), "signs of both"),

@@ -33,7 +33,7 @@ def exercise_1(make, rig=None):
     run = simulate(rig, make(rig), BALANCED, initial=bench_start(rig))
     if run.fell:
         late = "sign of u = -F x?" if run.fell_at < 1 else "rates: are they in rad/s?"
-        yield f"{fallen(run, 'On the ideal rig')} Check the {late}"
+        yield f"{fallen(run, 'Without imperfections')} Check the {late}"
     left = np.abs(run.angles[run.t > SETTLED]).max()
     if left > REST:
         yield (

@@ -133,7 +133,7 @@ def _largest_forces():
 @judged
 def exercise_5(load, rig=None):
     """A load that fades and lets the oscillation grow."""
-    yield not_callable(load, "a function of t")
+    yield not_callable(load, "your function load(t)")
     first, last = (np.linalg.norm(array("load(t)", load(t), (3,))) for t in (0.0, 7.0))
     if last >= 0.5 * first:
         yield "The load must have faded to less than half by seven seconds."
