@@ -107,8 +107,9 @@ def _link(ax, i, link, ends, theta, unit, rig):
     _mark(ax, centre, marker="+")
     # to the left of the link, above the arc of its angle
     if rig.n_links <= 4:
-        name = centre - 0.13 * side
-        note(ax, *name, f"$m_{i}, I_{i}$", ha="right" if theta >= 0 else "left")
+        above = 0.25 * unit if i == rig.n_links else 0  # clear of the relative angle's name
+        name = centre - 0.13 * side + _away(theta, above)
+        note(ax, *name, f"$m_{i}, I_{i}$", ha="right" if theta >= 0 else "left", zorder=7)
     upright = lower + _away(0, 0.62 * unit)
     line(ax, lower, upright, color=COLORS["grey"], linestyle="--", linewidth=1.1, zorder=2)
     _angle(ax, i, lower, theta, 0.5 * unit)
@@ -144,7 +145,7 @@ def _relative(ax, i, at, theta, unit):
     on, size = at + _away(theta[0], 1.1 * unit), 1.15 * _size(ax, 1.8 * unit)
     line(ax, at, on, color=link_color(i - 1), linestyle=":", linewidth=1.6, zorder=2)
     _arc(ax, at, 0.9 * unit, theta, color=link_color(i), linewidth=2)
-    x, y = on - [0.06 * unit, 0.15 * unit * math.cos(theta[0])]
+    x, y = on - [0.14 * unit, 0.15 * unit * math.cos(theta[0])]
     text = look(angle_name(i))["label"] if i <= 6 else ""
     note(ax, x, y, text, ha="right", color=link_color(i), fontsize=size, zorder=7)
 
