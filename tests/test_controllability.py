@@ -387,6 +387,7 @@ def test_balance_of_the_first_moments_vanishes_at_the_frictionless_critical_bar(
         (lambda: pl.with_bar(pl.load("double"), 1, -0.1), "inertia: expected a number of at least"),
         (lambda: pl.with_bar(pl.load("double"), 1, 0.1, mass=-1), "mass: expected"),
         (lambda: pl.least_effort(pl.load("double"), [0.1, 0]), "x0: expected shape 4"),
+        (lambda: pl.least_effort(pl.load("double"), [1e200, 0, 0, 0]), "x0: expected .* 1e100"),
         (lambda: pl.in_units(pl.linearize(pl.load("double")), angle=0), "angle: expected"),
         (lambda: pl.in_units(pl.linearize(pl.load("double")), volts=(9, 9)), "volts: expected 1"),
         (

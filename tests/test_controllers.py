@@ -172,6 +172,16 @@ def test_voltage_limits_act_before_the_observer_hears_of_u(triple_design):
     np.testing.assert_allclose(small, 1e-6 * u_free)
 
 
+def test_a_limit_of_one_motor_leaves_the_other_free(triple_design):
+    free, half = (
+        dataclasses.replace(triple_design.controller, u_max=u_max)
+        for u_max in (None, (np.inf, 2.5))
+    )
+    y = np.array([0.3, -0.2, 0.5, 1.0])
+    u = free.control(free.start(), y)
+    np.testing.assert_array_equal(half.control(half.start(), y), [u[0], 2.5 * np.sign(u[1])])
+
+
 def test_start_knows_the_state(design):
     """From v(0) = T x(0) the estimate is exact from the first sample."""
     c, x0 = design.controller, np.random.default_rng(1).standard_normal(design.model.nstates)

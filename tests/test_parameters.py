@@ -31,6 +31,10 @@ def test_equal_rigs_are_equal_and_hashable():
     assert hash(pl.load("triple")) == hash(pl.load("triple")) and len({build(), build()}) == 1
 
 
+def test_slow_filters_are_filters():
+    assert build(filters=pl.Filters([0.5], [0.1] * 3)).filters.output_hz == (0.1, 0.1, 0.1)
+
+
 def test_replace_and_frozen(triple):
     lighter = dataclasses.replace(triple.links[2], mass=0.1)
     changed = dataclasses.replace(triple, links=(*triple.links[:2], lighter))

@@ -124,7 +124,9 @@ def test_structured_of_uncoupled_loops_is_the_nearest_of_the_two():
     single = [pl.margins(pl.broken_at(loop, i)).modulus for i in (0, 1)]
     found = pl.structured_margin(loop)
     assert found.value == pytest.approx(min(single), rel=1e-6)
-    assert np.count_nonzero(found.delta) == 1
+    assert np.count_nonzero(found.delta) == 1 and found.stable
+    falling = control.ss(np.diag([1.5, 0.7]), B, np.diag([0.3, 0.2]), 0, 0.01)  # one of the two
+    assert not pl.structured_margin(falling).stable
 
 
 def test_bad_input():
