@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pendlab as pl
-from pendlab.studies.describing import friction, play
+from pendlab.studies.describing import _twist, at_the_gears, friction, play
 
 
 def first_harmonic(answer, amplitude):
@@ -29,6 +29,13 @@ def test_friction_is_the_first_harmonic_of_a_sign():
     assert friction(0.3, 1.5) == pytest.approx(expected, rel=1e-4)
 
 
+def test_twist_is_the_inverse_of_the_torque_that_play_passes():
+    for torque in np.geomspace(1e-3, 1e3, 30):
+        twist = _twist(torque, 0.05, 200.0)
+        assert twist > 0.025
+        assert play(twist, 0.05, 200.0) * twist == pytest.approx(torque, rel=1e-4)
+
+
 @pytest.fixture(scope="module")
 def double():
     return pl.paper_design("double")
@@ -49,6 +56,26 @@ def test_a_soft_gear_swings_as_predicted(double):
     hertz, size = cycle(run)
     assert predicted.hertz == pytest.approx(hertz, rel=0.06)
     assert predicted.joints[0] == pytest.approx(size, rel=0.05)
+
+
+@pytest.mark.parametrize("gap, dry", [(0.05, 0.0), (0.05, 0.5), (0.02, 1.5), (0.0, 1.0)])
+def test_every_cycle_of_one_gear_balances_the_rotor(double, gap, dry):
+    """(I s^2 + c s) phi + j (4 F/pi) phi/|phi| = drive, with the torque through the gear as phase 0."""
+    motor, stiffness = double.rig.motors[0], 50.0
+    gear = pl.Imperfections(gap=gap, contact_stiffness=stiffness, gear_friction=dry)
+    cycles = pl.limit_cycles(double, gear)
+    assert cycles and [c.hertz for c in cycles] == sorted(c.hertz for c in cycles)
+    for cycle in cycles:
+        s = 2j * np.pi * cycle.hertz
+        joints, drives = (
+            part.item() for part in at_the_gears(double.controller, double.rig, [s.imag])
+        )
+        twist = cycle.twists[0]
+        tau = play(twist, gap, stiffness) * twist if gap else cycle.joints[0] / abs(joints)
+        assert abs(joints) * tau == pytest.approx(cycle.joints[0], rel=1e-3)
+        phi = joints * tau + twist
+        terms = (motor.inertia * s**2 + motor.damping * s) * phi, 4j * dry / np.pi * phi / abs(phi)
+        assert abs(sum(terms) - drives * tau) < 1e-3 * max(map(abs, (*terms, drives * tau)))
 
 
 def test_size_scales_with_the_gap_and_the_frequency_does_not(double):

@@ -322,14 +322,15 @@ def test_disturbance_as_a_function_is_held_over_each_sample(triple):
 
 
 def test_offset_and_noise_reach_the_readings_only():
-    rig, offset, noise = pl.load("double"), (0.01, -0.02, 0.03), (1e-3, 2e-3, 4e-3)
-    quiet = Voltages((0.0,))
+    rig, offset, noise = pl.load("double"), (0.01, -0.02, 0.03), np.array([1e-3, 2e-3, 4e-3])
+    quiet = Voltages((0.0,), dt=1e-4)  # 5001 readings: five standard deviations of their mean
     on = pl.Imperfections(offset=offset, noise=noise, seed=5)
     run, ideal = (pl.simulate(rig, quiet, 0.5, initial=(0.01, 0), imperfections=i)
                   for i in (on, None))  # fmt: skip
     np.testing.assert_array_equal(run.angles, ideal.angles)
     error = run.y - np.column_stack([run.angles, run.rates[:, 0]]) - offset
-    np.testing.assert_allclose(error.std(axis=0), noise, rtol=0.35)
+    np.testing.assert_allclose(error.std(axis=0), noise, rtol=0.05)
+    assert np.all(np.abs(error.mean(axis=0)) < 5 * noise / np.sqrt(len(error)))
     again, other = (pl.simulate(rig, quiet, 0.5, initial=(0.01, 0),
                                 imperfections=dataclasses.replace(on, seed=s)) for s in (5, 6))  # fmt: skip
     np.testing.assert_array_equal(run.y, again.y)

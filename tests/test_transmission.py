@@ -78,6 +78,15 @@ def test_rms_is_the_root_of_the_sum_of_the_squared_impulse_response():
     assert np.linalg.norm(pl.rms(path)) == pytest.approx(np.sqrt(total), rel=1e-9)
 
 
+def test_rms_of_modes_that_fade_at_once_and_slowly():
+    """Variance 1/(1 - a^2) each, from no noise to more than can be squared."""
+    modes = np.array([0.0, 0.5, 0.9999])
+    system = control.ss(np.diag(modes), np.eye(3), np.eye(3), 0, 0.01)
+    for size in (0.0, 1e-200, 1.0, 1e200):
+        expected = size / np.sqrt(1 - modes**2)
+        np.testing.assert_allclose(pl.rms(system, size), expected, rtol=1e-9)
+
+
 def test_rms_predicts_a_noisy_run():
     noise = 2e-4
     run = pl.simulate(

@@ -225,5 +225,4 @@ def _literal(value, single):
         if single and abs(value) > np.finfo(np.float32).max:
             raise ValueError(f"single: {value:g} is too large for a float; use doubles.")
         text = str(np.float32(value)) if single else repr(float(value))
-        text = text if any(mark in text for mark in ".en") else text + ".0"
     return text + "f" if single else text
