@@ -60,7 +60,7 @@ def _unit_member(E):
 @on("triple")
 @asks("dimension_aligned")
 def exercise_2(rig):
-    """Dimension of the family for the triple with its upper motor used up."""
+    """Dimension of the family for the triple with its motor 2 used up."""
     model, E = sample(linearize(rig), TS), [0.9, 0.9]
     p, q = len(E), model.noutputs
     yield observer_family(align(model, 10.0), E).dimension, "Does your formula give it, too?"
