@@ -39,9 +39,7 @@ def loops_table(pairs):
 
 def loops_verdict(curves):
     """(word, good) of one loop's `Nyquist` curves without and with filters."""
-    unstable = [
-        where for where, curve in zip(("without", "with"), curves) if not curve.count.stable
-    ]
+    unstable = [word for word, c in zip(("without", "with"), curves) if not c.count.stable]
     if not unstable:
         return "stable", True
     return "UNSTABLE" + (f" {unstable[0]} filters" if len(unstable) == 1 else ""), False

@@ -63,29 +63,18 @@ class StepResponse:
         """Largest excess over the reference, as a fraction of it."""
         return max(float(self.angles[:, self.tracked].max()) - 1, 0.0)
 
-    @property
-    def peak(self):
-        """Largest voltage of each motor, V per rad of reference."""
-        return np.abs(self.u).max(axis=0)
 
+def step_response(design, decades=6):
+    """`StepResponse` of a design with the rig's filters over 10^decades samples.
 
-def step_response(design, filters=True, decades=6):
-    """`StepResponse` of a design over 10^decades samples, with or without the rig's filters.
-
-    x(n+1) = A x + B u, u and the controller's states from `Controller.system`, w with the reference
-    of (15). Each decade advances with the tenth power of the last decade's matrix.
+    x(n+1) = (A - B C) x(n) of the loop P G, w with the reference of (15). Each decade advances with
+    the tenth power of the last decade's matrix.
     """
-    plant, c = design.filtered if filters else design.model, design.controller
-    system = c.system
-    state = np.append(np.zeros(plant.nstates + system.nstates), 1.0)  # [x; v; w; 1]
-    to_u = np.hstack([system.D @ plant.C, system.C])
-    first_w = len(state) - 1 - len(c.tracked)
-    step = np.zeros((len(state), len(state)))
-    step[: plant.nstates, :-1] = plant.B @ to_u
-    step[: plant.nstates, : plant.nstates] += plant.A
-    step[plant.nstates : -1, :-1] = np.hstack([system.B @ plant.C, system.A])
-    step[first_w, -1], step[-1, -1] = c.dt, 1.0
-    states, samples = [state], [0]
+    loop, c = design.filtered_loop, design.controller
+    step = np.eye(loop.nstates + 1)  # of the plant's states, v, w and a one
+    step[:-1, :-1] = loop.A - loop.B @ loop.C
+    step[-1 - len(c.tracked), -1] = c.dt
+    states, samples = [np.eye(len(step))[-1]], [0]
     with np.errstate(over="ignore", invalid="ignore"):  # of unstable loops
         for decade in range(1, decades):
             for _ in range(100 if decade == 1 else 90):
@@ -93,8 +82,8 @@ def step_response(design, filters=True, decades=6):
                 samples.append(samples[-1] + 10 ** (decade - 1))
             step = np.linalg.matrix_power(step, 10)
     X = np.clip(np.nan_to_num(np.array(states)[:, :-1]), -1e6, 1e6)
-    angles = X[:, : design.rig.n_links]  # the true ones: plant.C would read them through filters
-    return StepResponse(c.dt * np.array(samples), angles, X @ to_u.T, c.tracked[0])
+    angles = X[:, : design.rig.n_links]  # the true ones: the plant reads them through filters
+    return StepResponse(c.dt * np.array(samples), angles, -X @ loop.C.T, c.tracked[0])
 
 
 def draw_step(ax, data, frame):
@@ -112,14 +101,13 @@ def draw_step(ax, data, frame):
     return update
 
 
-def step_words(data, step=0.1):
-    """What a step of `step` rad does, as a sentence."""
-    name = angle_in_words(data.tracked + 1)
-    reached = f"reaches 90 % after {short(data.rise)} s" if data.rise else (
-        f"is at {data.angles[-1, data.tracked]:.0%} after {data.t[-1]:.0f} s"
-    )  # fmt: skip
-    volts = ", ".join(f"{short(step * peak)} V" for peak in data.peak)
+def step_words(data):
+    """What a step of 0.1 rad does, as a sentence."""
+    reached = f"is at {data.angles[-1, data.tracked]:.0%} after {data.t[-1]:.0f} s"
+    if data.rise:
+        reached = f"reaches 90 % after {short(data.rise)} s"
+    volts = ", ".join(f"{short(0.1 * peak)} V" for peak in np.abs(data.u).max(axis=0))
     return (
-        f"Step of {step:g} rad: {name} {reached}, overshoot {data.overshoot:.0%}, "
-        f"voltage up to {volts}."
+        f"Step of 0.1 rad: {angle_in_words(data.tracked + 1)} {reached}, overshoot "
+        f"{data.overshoot:.0%}, voltage up to {volts}."
     )

@@ -1,7 +1,5 @@
 """What sampling and filters do: eigenvalues in z, phase lag, and the loop that has to live with it."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from ..loop import sorted_eigenvalues
@@ -12,26 +10,11 @@ from .rootlocus import draw_eigenvalues
 from .style import COLORS, styled
 
 
-@dataclass(frozen=True)
-class Lag:
-    """Phase lag in degrees over frequency, up to half the sampling rate."""
-
-    hz: np.ndarray  # (N,)
-    filters: np.ndarray  # of one input and one output filter in a row
-    hold: np.ndarray  # of the zero-order hold, half a sampling time
-    crossover: float  # where the loop without filters has gain one, Hz
-
-    def at(self, hz):
-        """(filters, hold) at a frequency."""
-        return np.interp(hz, self.hz, self.filters), np.interp(hz, self.hz, self.hold)
-
-
-def lag(design, crossover):
-    """`Lag` of a design's filters and sampling."""
-    hz = np.linspace(0, 0.5 / design.dt, 400)
-    cuts = design.rig.filters.input_hz[0], design.rig.filters.output_hz[0]
-    filters = sum(np.degrees(np.arctan(hz / cut)) for cut in cuts)
-    return Lag(hz, filters, 180 * hz * design.dt, crossover)
+def lag(design, hz):
+    """Phase lags in degrees at `hz`: of an input and an output filter in a row, of the hold."""
+    filters = design.rig.filters
+    cuts = filters.input_hz[0], filters.output_hz[0]
+    return sum(np.degrees(np.arctan(hz / cut)) for cut in cuts), 180 * hz * design.dt
 
 
 @styled()
@@ -46,16 +29,18 @@ def sampling_page(design):
     def compute(design):
         curves = loop_curves(design, 0)
         crossover = max(curves[0].margins.crossover, default=np.nan) / HZ
-        return sorted_eigenvalues(design.filtered.A), lag(design, crossover), curves
+        hz = np.linspace(0, 0.5 / design.dt, 400)
+        lags = hz, *lag(design, hz), crossover
+        return sorted_eigenvalues(design.filtered.A), lags, curves
 
     def say(data, design):
-        _, lag, curves = data
+        _, (*_, crossover), curves = data
         unstable = sorted_eigenvalues(design.model.A)
         unstable = ", ".join(f"{z.real:.4f}" for z in unstable[np.abs(unstable) > 1])
-        filters, hold = lag.at(lag.crossover)
+        filters, hold = lag(design, crossover)
         lead = (
             f"Sampled every {1e3 * design.dt:.3g} ms the unstable eigenvalues are z = {unstable}. At "
-            f"the crossover, {lag.crossover:.3g} Hz, the filters lag by {filters:.1f}° and the hold "
+            f"the crossover, {crossover:.3g} Hz, the filters lag by {filters:.1f}° and the hold "
             f"by {hold:.1f}°."
         )
         alt = (
@@ -68,7 +53,10 @@ def sampling_page(design):
 
 
 def draw_lag(ax, data, frame):
-    """Lags over frequency with the crossover; returns update(data) -> moved artists."""
+    """Lags over frequency with the crossover; returns update(data) -> moved artists.
+
+    `data` are the frequencies, the lags of filters and of the hold, and the crossover, Hz.
+    """
     ax.set(xlim=frame[0], ylim=frame[1], xlabel="frequency, Hz", ylabel="lag, degrees")
     looks = [
         dict(color=COLORS["vermillion"], linestyle="--", label="lag of filters"),
@@ -78,7 +66,7 @@ def draw_lag(ax, data, frame):
     ]
 
     def curves(data):
-        lags = data.filters, data.hold, data.filters + data.hold
-        return [*((data.hz, one) for one in lags), ([data.crossover] * 2, [0, 360])]
+        hz, filters, hold, crossover = data
+        return (hz, filters), (hz, hold), (hz, filters + hold), ([crossover] * 2, [0, 360])
 
     return follow(ax, looks, data, curves)

@@ -21,9 +21,8 @@ def of_locus(data, design):
         for b in outside
     )
     meets = " and ".join(f"{kp:.2f}" for kp in data.changes)
-    paper = ""
-    if is_papers(design, "triple"):
-        paper = f" (paper {published('eq18.k_p_interval').values[0]:g})"
+    paper = f" (paper {published('eq18.k_p_interval').values[0]:g})"
+    paper = paper if is_papers(design, "triple") else ""
     changes = f" An eigenvalue meets the unit circle at k_p = {meets}{paper}." if meets else ""
     return (
         f"Fig 6. At k_p = {data.kp:g} motor 2's position loop leaves {data.unstable} of "
@@ -37,19 +36,17 @@ def of_locus(data, design):
 def of_turns(data, name):
     """A full Nyquist curve."""
     turns, poles, closed = data.count
-    if closed == 0:
-        verdict = f"one for each unstable open-loop pole ({listed(data.unstable)}), so the closed loop is stable"
-    else:
+    each = f"one for each unstable open-loop pole ({listed(data.unstable)})"
+    verdict = f"{each}, so the closed loop is stable"
+    if closed:
         verdict = f"but {poles} open-loop poles are unstable, so {closed} closed-loop poles are too"
-    arc = ""
-    if data.integrators:
-        arc = (
-            " The contour passes the integrator at z = 1 on the outside; that small arc becomes the "
-            "far one that closes the curve."
-        )
+    arc = (
+        " The contour passes the integrator at z = 1 on the outside; that small arc becomes the far "
+        "one that closes the curve."
+    )
     radii = ", ".join(f"{r:.3g}" for r in np.sort(data.ray[1]))
     return (
-        f"{name} makes {times(turns)} anticlockwise about {data.critical:g}, {verdict}.{arc}",
+        f"{name} makes {times(turns)} anticlockwise about {data.critical:g}, {verdict}.{arc if data.integrators else ''}",
         f"Two panels on logarithmic distances. Left: the contour, once anticlockwise round the unit "
         f"circle seen from z = 1, with {poles} unstable open-loop poles outside it. Right: its image "
         f"round the critical point {data.critical:g}, both conjugate halves with arrows; a ray from "
@@ -78,15 +75,13 @@ def _of_8(curves, *designs):
 
 def _of_10(curves, design):
     """rd1 - 1 without and with filters."""
-    far = curves[1].distance > 0.5
-    lead = "Broken at input 1, the loop keeps well away from -1" if far else "Broken at input 1"
+    filtered = curves[1]
+    far = ", the loop keeps well away from -1" if filtered.distance > 0.5 else ""
     bears = ""
-    if curves[1].count.stable:
-        bears = f", and it {_bears(curves[1])} or {curves[1].margins.gain_down:.2f} of it"
-    return (
-        f"Fig 10. {lead}: with the filters {_fall(curves)}{bears}{_verdict(curves)}.",
-        _alt("rd1 - 1", curves),
-    )
+    if filtered.count.stable:
+        bears = f", and it {_bears(filtered)} or {filtered.margins.gain_down:.2f} of it"
+    lead = f"Fig 10. Broken at input 1{far}: with the filters "
+    return f"{lead}{_fall(curves)}{bears}{_verdict(curves)}.", _alt("rd1 - 1", curves)
 
 
 def _of_11(curves, design):
@@ -99,10 +94,9 @@ def _of_11(curves, design):
     if filtered.count.stable:
         phase = np.degrees(filtered.margins.phase)
         bears = f", and the loop {_bears(filtered)} and {phase:.1f} degrees of phase"
-    return (
-        f"Fig 11. {lead}{_fall(curves)}{bears}{_verdict(curves)}. {_turns_at_input_2(nominal, design)}",
-        _alt("rd2 - 1", curves),
-    )
+    turns = _turns_at_input_2(nominal, design)
+    caption = f"Fig 11. {lead}{_fall(curves)}{bears}{_verdict(curves)}. {turns}"
+    return caption, _alt("rd2 - 1", curves)
 
 
 def _turns_at_input_2(nominal, design):
@@ -110,20 +104,17 @@ def _turns_at_input_2(nominal, design):
     opened = np.linalg.eigvals(design.loop(1).A)
     A, B, F = design.model.A, design.model.B, design.controller.F[:, : design.model.nstates]
     others = [i for i in range(len(F)) if i != 1]
-    states_alone = np.linalg.eigvals(A - B[:, others] @ F[others])
-    from_states = int(np.sum(np.abs(states_alone) > 1))
+    from_states = int(np.sum(np.abs(np.linalg.eigvals(A - B[:, others] @ F[others])) > 1))
     total = nominal.count.unstable_open
-    paper = ""
-    if is_papers(design, "triple"):
-        paper = f" (the paper counts {published('fig11.encirclements').values:g})"
-    text = f"Stability takes {times(total)} about -1{paper}"
-    if total == from_states + 1:
-        slow = opened[np.argmin(np.abs(opened - 1))].real
-        text += (
-            f": {from_states} for the poles that feeding the states back to input 1 leaves unstable, "
-            f"and a slow one for the integrator, whose pole that loop moves out to {slow:.7f}"
-        )
-    return text + "."
+    paper = f" (the paper counts {published('fig11.encirclements').values:g})"
+    text = f"Stability takes {times(total)} about -1{paper if is_papers(design, 'triple') else ''}"
+    if total != from_states + 1:
+        return f"{text}."
+    slow = opened[np.argmin(np.abs(opened - 1))].real
+    return (
+        f"{text}: {from_states} for the poles that feeding the states back to input 1 leaves unstable, "
+        f"and a slow one for the integrator, whose pole that loop moves out to {slow:.7f}."
+    )
 
 
 def _of_12(curves, design):
@@ -172,9 +163,7 @@ def listed(values):
 
 
 def _fall(curves):
-    near = " to ".join(
-        f"{c.distance:.2f}" if c.distance >= 0.1 else f"{c.distance:.3f}" for c in curves
-    )
+    near = " to ".join(f"{c.distance:.{2 if c.distance >= 0.1 else 3}f}" for c in curves)
     return f"the smallest distance from {curves[0].critical:g} goes from {near}"
 
 
@@ -186,11 +175,7 @@ def _bears(curve):
 
 def _verdict(curves):
     """What is unstable, if anything is."""
-    where = [
-        word
-        for word, curve in zip(("without", "with"), curves, strict=True)
-        if not curve.count.stable
-    ]
+    where = [word for word, c in zip(("without", "with"), curves) if not c.count.stable]
     return f"; {' and '.join(where)} filters the closed loop is unstable" if where else ""
 
 
