@@ -1,5 +1,7 @@
 """Curves side by side: what a notebook or a homework draws with, in one call."""
 
+from itertools import cycle
+
 import numpy as np
 
 from .._arguments import flag, found, text
@@ -7,17 +9,10 @@ from ..bench.arguments import interval, items, mapping, one_of
 from .style import COLORS, LINES, describe, new_figure, styled
 
 # For curves that are no signal of the rig, in this order.
+COLOURS = ("black", "vermillion", "blue", "green", "orange", "sky", "purple")
 PENS = [
-    dict(color=COLORS[color], linestyle=stroke)
-    for color, stroke in (
-        ("black", "-"),
-        ("vermillion", "--"),
-        ("blue", ":"),
-        ("green", "-."),
-        ("orange", "-"),
-        ("sky", "--"),
-        ("purple", ":"),
-    )
+    dict(color=COLORS[color], linestyle=stroke, linewidth=2)
+    for color, stroke in zip(COLOURS, cycle(("-", "--", ":", "-.")))
 ]
 
 
@@ -54,10 +49,8 @@ def lines(
     ('time, s', 'A parabola.')
     """
     example = '{"angle, rad": {"theta1": (t, angle)}}'
-    panels = {
-        label: _curves(label, curves)
-        for label, curves in mapping("panels", panels, example).items()
-    }
+    panels = mapping("panels", panels, example)
+    panels = {label: _curves(label, curves) for label, curves in panels.items()}
     if isinstance(x_label, str):
         x_label = [x_label] * len(panels)
     x_labels = [text("x_label", one, empty=True) for one in items("x_label", x_label, "texts")]
@@ -94,11 +87,9 @@ def _frame(frame):
 
 
 def _draw(ax, label, x, y, given, pen):
-    known = LINES.get(label)
-    style = {**(known or {"label": label, **pen, "linewidth": 2}), **given}
-    if known is None:
-        style["label"] = label
-    pieces = ax.plot(x, y, **style)
+    pieces = ax.plot(x, y, **{**LINES.get(label, pen), **given})
+    if label not in LINES:
+        pieces[0].set_label(label)
     for piece in pieces[1:]:
         piece.set(color=pieces[0].get_color(), label="_")
 

@@ -71,7 +71,7 @@ def kp_page(design=None):
             f"Eigenvalues in the z-plane on their root locus at k_p = {design.kp:.4g}, and two views "
             "of the loop gain at input 2, without and with filters."
         )
-        return tell(design, lead, {"2": curves}, alt)
+        return tell(design, lead, {2: curves}, alt)
 
     return page(views, compute, say, design, legend=(0, 1))
 
@@ -98,7 +98,7 @@ def weights_page(design):
             "Nyquist curves without and with filters, closed-loop eigenvalues in the z-plane, and "
             "relative angles over logarithmic time after a step in the reference."
         )
-        return tell(design, lead, _named(curves), alt)
+        return tell(design, lead, dict(enumerate(curves, 1)), alt)
 
     return page([*loops, *views], compute, say, design, legend=(-2, 0, -1))
 
@@ -125,7 +125,7 @@ def observer_page(design):
             "Nyquist curves without and with filters, and the controller's gain from each reading "
             "to the voltage of motor 1 over frequency."
         )
-        return tell(design, lead, _named(curves), alt)
+        return tell(design, lead, dict(enumerate(curves, 1)), alt)
 
     views = [*_loop_views(design, first=1), view]
     return page(views, compute, say, design, legend=(0, -1))
@@ -150,12 +150,9 @@ def triple_page(design, simulate):
 
     def compute(design):
         whole = design.nominal_loop, design.filtered_loop
-        return (
-            *_each_loop(design),
-            [nyquist(loop, POINTS) for loop in whole],
-            [sigma_min(loop, 500) for loop in whole],
-            simulate(design),
-        )
+        determinant = [nyquist(loop, POINTS) for loop in whole]
+        sigma = [sigma_min(loop, 500) for loop in whole]
+        return *_each_loop(design), determinant, sigma, simulate(design)
 
     def draw(data):
         run, window = data[-1], data[-1].t[[0, -1]]
@@ -182,8 +179,7 @@ def triple_page(design, simulate):
             "Six axes: Figs 10, 11, 12 and 14 without and with filters, and angles and voltages of "
             "a simulated run on the bench."
         )
-        loops = _named([one, two])
-        caption, alt, apart = tell(design, gain_in_words(design.F), loops, alt, last)
+        caption, alt, apart = tell(design, gain_in_words(design.F), {1: one, 2: two}, alt, last)
         (word, good), (on_bench, up) = apart["verdict"], run_verdict(run)
         return caption, alt, {**apart, "verdict": (f"{word}; on the bench {on_bench}", good and up)}
 
@@ -237,10 +233,6 @@ def _loop_views(design, first=0):
     return [(title, k, draw_loops, LOOKS, frame) for k, (title, frame) in enumerate(frames, first)]
 
 
-def _named(loops):
-    return {str(k): curves for k, curves in enumerate(loops, 1)}
-
-
 def tell(design, lead, loops, alt, last=""):
     """Caption, description, and what a panel tells apart: sentences, table of loops, verdict.
 
@@ -250,15 +242,12 @@ def tell(design, lead, loops, alt, last=""):
     name = "Loop {}" if design.rig.n_motors > 1 else "The loop"
     lines = [loops_in_words(name.format(k), curves) for k, curves in loops.items()]
     last = [last] if last else []
-    return (
-        "\n".join([lead, *lines, *last]),
-        alt,
-        {
-            "lead": "\n".join([lead, *last]),
-            "table": loops_table(loops),
-            "verdict": loops_verdict(next(iter(loops.values()))),
-        },
-    )
+    apart = {
+        "lead": "\n".join([lead, *last]),
+        "table": loops_table({str(k): curves for k, curves in loops.items()}),
+        "verdict": loops_verdict(next(iter(loops.values()))),
+    }
+    return "\n".join([lead, *lines, *last]), alt, apart
 
 
 def legend_below(fig, *axes):

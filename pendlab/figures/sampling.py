@@ -47,7 +47,7 @@ def sampling_page(design):
             "Eigenvalues of the sampled plant with filters, phase lag of filters and hold over "
             "frequency with the crossover marked, and the loop gain without and with filters."
         )
-        return tell(design, lead, {"1": curves}, alt)
+        return tell(design, lead, {1: curves}, alt)
 
     return page(views, compute, say, design, legend=(0, 1, 2))
 

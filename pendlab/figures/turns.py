@@ -68,15 +68,10 @@ def full_nyquist(loop, points=1200):
     z, curve = contour(loop, points)
     critical = CRITICAL.get(loop.ninputs, 0.0)
     opened = sorted_eigenvalues(loop.A)
-    size = np.abs(opened)
-    return FullNyquist(
-        z,
-        curve + (1 + critical),
-        critical,
-        opened[size > 1 + ON_CIRCLE],
-        int(np.sum(np.abs(size - 1) <= ON_CIRCLE)),
-        encirclements(loop),
-    )
+    beyond = np.abs(opened) - 1
+    unstable, on_it = opened[beyond > ON_CIRCLE], int(np.sum(np.abs(beyond) <= ON_CIRCLE))
+    curve = curve + (1 + critical)
+    return FullNyquist(z, curve, critical, unstable, on_it, encirclements(loop))
 
 
 def compressed(distance, near):
@@ -100,9 +95,7 @@ UNDER = dict(loc="upper center", bbox_to_anchor=(0.5, 0.01), frameon=False)  # t
 
 def _draw_halves(ax, data, near, values, heads):
     """`values(data)` of the upper half and their conjugates; `heads`: where arrowheads go on each."""
-    arrows = [
-        arrowheads(ax, len(at), look["color"]) for at, look in zip(heads, HALVES, strict=True)
-    ]
+    arrows = [arrowheads(ax, len(at), look["color"]) for at, look in zip(heads, HALVES)]
 
     def pieces(data):
         half = _mapped(values(data), near)
@@ -121,10 +114,7 @@ def _draw_halves(ax, data, near, values, heads):
 
 
 def draw_turns(ax, data):
-    """The whole curve round the critical point, the ray and its numbered crossings.
-
-    Returns update(data).
-    """
+    """The whole curve round the critical point, its ray and numbered crossings; update(data)."""
     top = np.ceil(np.log10(np.abs(data.closed).max()))
     _rings(ax, NEAR_CRITICAL, np.logspace(0, top, int(top) + 1), 120)
     ax.plot([0], [0], **look("critical", label=f"critical point ${data.critical:g}$"))
@@ -140,8 +130,7 @@ def draw_turns(ax, data):
 
     def update(data):
         move(data)
-        at_one = "round the pole at $z=1$" if data.integrators else "no pole on the unit circle"
-        bend.set_text(at_one)
+        bend.set_text(HALVES[2]["label"] if data.integrators else "no pole on the unit circle")
         direction, radii, signs = data.ray
         way, edge = np.exp(1j * direction), ax.get_xlim()[1]
         ray.set_data([0, edge * way.real], [0, edge * way.imag])
@@ -156,10 +145,7 @@ def draw_turns(ax, data):
 
 
 def draw_contour(ax, data):
-    """The contour round the unit circle with the open-loop poles, seen from z = 1.
-
-    Returns update(data).
-    """
+    """The contour round the unit circle with the open-loop poles, seen from z = 1; update(data)."""
     _rings(ax, NEAR_ONE, [1e-4, 1e-2, 1], 55)
     heads = (0.3, 0.75), (0.25, 0.7), (0.25, 0.75)
     move = _draw_halves(ax, data, NEAR_ONE, lambda data: data.z - 1, heads)
