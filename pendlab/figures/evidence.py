@@ -8,6 +8,7 @@ from .._arguments import found, instance
 from ..bench.arguments import items, mapping
 from ..bench.many import Runs
 from ..bench.simulation import Run
+from ..paper.changes import hertz
 from ..paper.experiment import FIGURES, extremes, tick_intervals
 from ..studies.describing import Cycle
 from .style import COLORS, describe, new_figure, styled
@@ -193,11 +194,14 @@ def cycles_figure(predicted, seen):
     axes = fig.subplots(1, 2, sharex=True)
     looks = zip(("blue", "vermillion", "green"), "s^o")
     for (name, cycles), (color, marker) in zip(predicted.items(), looks):
-        rows = np.array([_cycle(run) for run in seen[name] if not run.fell])
+        up = [run for run in seen[name] if not run.fell]
+        frequencies = [hertz(run) for run in up]
+        # of a first harmonic of equal power
+        sizes = np.sqrt(2) * np.array([run.angles[run.t >= 10.0].std(axis=0) for run in up])
         for ax, joint in zip(axes, (0, 1)):
             ax.loglog([c.hertz for c in cycles], [max(c.joints[joint], 3e-4) for c in cycles], marker,
                       markersize=12, markeredgewidth=2, fillstyle="none", color=COLORS[color], label=name)  # fmt: skip
-            ax.loglog(rows[:, 0], np.maximum(rows[:, 1 + joint], 3e-4), marker, markersize=6, alpha=0.6,
+            ax.loglog(frequencies, np.maximum(sizes[:, 1 + joint], 3e-4), marker, markersize=6, alpha=0.6,
                       color=COLORS[color])  # fmt: skip
     for ax, title in zip(axes, ("θ2−θ1", "θ3−θ2")):
         ax.set(xlabel="frequency, Hz", ylabel=f"amplitude of {title}, rad", ylim=(2e-4, 2))
@@ -210,12 +214,3 @@ def cycles_figure(predicted, seen):
         "Amplitude over frequency on logarithmic axes for play alone, friction alone and both; "
         "predicted points hollow, simulated ones filled.",
     )
-
-
-def _cycle(run, since=10.0):
-    """(Hz, amplitudes of the driven angles) of a run, from a first harmonic of equal power."""
-    late = run.t >= since
-    swings = run.angles[late, 1:] - run.angles[late, 1:].mean(axis=0)
-    up = np.flatnonzero((swings[:-1, 0] < 0) & (swings[1:, 0] >= 0))
-    hertz = (len(up) - 1) / (run.dt * np.ptp(up)) if len(up) > 1 else np.nan
-    return hertz, *(np.sqrt(2) * swings.std(axis=0))

@@ -10,8 +10,9 @@ from itertools import repeat
 
 import numpy as np
 
-from ..loop import Margins, crossings, frequency_response, least, margins
+from ..loop import Margins, frequency_response, least, margins
 from ..nyquist import Encirclements, encirclements
+from ..paper.recomputed import det_crossing
 from .picture import follow
 from .sketch import frame_plane, unit_circle, zero_lines
 from .style import COLORS, look
@@ -54,7 +55,7 @@ def nyquist(loop, points=3000):
         at = np.array([m.gain_down_omega, m.phase_omega])
         nearest = m.modulus, m.modulus_omega
     else:
-        m, at = None, np.array([_negative_real(loop, omega, curve), np.nan])
+        m, at = None, np.array([det_crossing(loop), np.nan])
         nearest = least(lambda w: np.abs(_curve(loop, w)), omega)
     marked = np.full(2, complex(np.nan, np.nan))
     marked[np.isfinite(at)] = _curve(loop, at[np.isfinite(at)])
@@ -65,16 +66,6 @@ def nyquist(loop, points=3000):
 def _curve(loop, omega):
     L = frequency_response(loop, omega)
     return L[:, 0, 0] if loop.ninputs == 1 else np.linalg.det(np.eye(loop.ninputs) + L)
-
-
-def _negative_real(loop, omega, curve):
-    """Where det(I + L) meets the negative real axis next to 0, rad/s."""
-
-    def imag(omega):
-        return _curve(loop, [omega])[0].imag
-
-    at = crossings(omega, np.where(curve.real < 0, curve.imag, np.nan), imag)
-    return max(at, key=lambda w: _curve(loop, [w])[0].real, default=np.nan)
 
 
 def draw_nyquist(ax, curves, looks, frame=None, paper=None, zoom=None):

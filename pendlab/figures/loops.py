@@ -4,6 +4,8 @@ Every function returns a `CaptionedFigure` with ``fig.update(design)``, which re
 caption and description for another design and only changes the artists' data.
 """
 
+from operator import attrgetter
+
 import numpy as np
 
 from .._arguments import instance
@@ -46,12 +48,11 @@ def locus_figure(number, design=None, kps=None):
 
 def whole_figure(number, design=None):
     """Figs 7 and 13: F (zI - A)^-1 B or det(I + P G) on the whole contour, turns counted."""
-    design = _given(number, design)
-    if number == 7:
-        return turns_figure(
-            design, "Fig 7. F (zI - A)^-1 B", lambda design: design.state_feedback_loop
-        )
-    return turns_figure(design, "Fig 13. det(I + P G)", lambda design: design.nominal_loop)
+    name, loop = {
+        7: ("F (zI - A)^-1 B", attrgetter("state_feedback_loop")),
+        13: ("det(I + P G)", attrgetter("nominal_loop")),
+    }[number]
+    return turns_figure(_given(number, design), f"Fig {number}. {name}", loop)
 
 
 @styled()

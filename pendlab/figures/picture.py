@@ -70,11 +70,7 @@ def _leave_ghosts(moving):
 
 def part(move, key):
     """`move` for a part of the computed data: ``data[key]``."""
-
-    def moved(data):
-        return move(data[key])
-
-    return moved
+    return lambda data: move(data[key])
 
 
 def follow(ax, looks, data, points):

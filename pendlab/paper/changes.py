@@ -62,17 +62,23 @@ def hits_without(count=16):
     return table
 
 
+def hertz(run, since=10.0):
+    """Frequency at which theta2 - theta1 swings from `since` (s) on; nan below one whole swing."""
+    bend = run.angles[run.t >= since, 1]
+    above = bend >= bend.mean()
+    up = np.flatnonzero(~above[:-1] & above[1:])
+    return (len(up) - 1) / (run.dt * np.ptp(up)) if len(up) > 1 else np.nan
+
+
 def quantities(name, run):
     """What can be read off Fig 16 or 17: sizes (rad, V), frequency (Hz)."""
     figure = FIGURES[name][0][-1]
     found_ = extremes(name, run)
-    late = run.t >= (0.0 if run.fell else 10.0)
-    bend = run.angles[late, 1] - run.angles[late, 1].mean()
-    crossings = np.flatnonzero((bend[:-1] < 0) & (bend[1:] >= 0))
-    turns = len(crossings) - 1
+    since = 0.0 if run.fell else 10.0
+    late = run.t >= since
     values = {
         "size of θ2−θ1": np.ptp(run.y[late, 1]) / 2,
-        "its frequency": turns / (run.dt * np.ptp(crossings)) if turns > 0 else np.nan,
+        "its frequency": hertz(run, since),
         "rate of link 1": (found_[f"{figure}b max"] - found_[f"{figure}b min"]) / 2,
         "voltage 1": (found_[f"{figure}c max"] - found_[f"{figure}c min"]) / 2,
     }
