@@ -55,7 +55,7 @@ def nyquist(loop, points=3000):
         at = np.array([m.gain_down_omega, m.phase_omega])
         nearest = m.modulus, m.modulus_omega
     else:
-        m, at = None, np.array([det_crossing(loop), np.nan])
+        m, at = None, np.array([det_crossing(loop, omega, curve), np.nan])
         nearest = least(lambda w: np.abs(_curve(loop, w)), omega)
     marked = np.full(2, complex(np.nan, np.nan))
     marked[np.isfinite(at)] = _curve(loop, at[np.isfinite(at)])

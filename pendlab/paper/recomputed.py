@@ -107,14 +107,18 @@ def _unstable_when_aligned():
     return np.sum(np.abs(np.linalg.eigvals(aligned.A)) > 1)
 
 
-def det_crossing(loop):
-    """Where det(I + L) meets the negative real axis next to 0, rad/s; nan where it does not."""
+def det_crossing(loop, omega=None, curve=None):
+    """Where det(I + L) meets the negative real axis next to 0, rad/s; nan where it does not.
+
+    `curve` are its values at `omega`, where these are known.
+    """
 
     def det(omega):
         return np.linalg.det(np.eye(loop.ninputs) + frequency_response(loop, omega))
 
-    omega = loop_frequencies(loop)
-    curve = det(omega)
+    if omega is None:
+        omega = loop_frequencies(loop)
+        curve = det(omega)
     left = np.where(curve.real < 0, curve.imag, np.nan)
     at = crossings(omega, left, lambda w: det(w)[0].imag)
     return max(at, key=lambda w: det(w)[0].real, default=np.nan)
