@@ -4,6 +4,7 @@ import base64
 import mimetypes
 import os
 import re
+import tempfile
 from functools import partial
 from pathlib import Path
 from urllib.parse import quote, unquote
@@ -34,8 +35,11 @@ def writable(name, folder):
     above = next(path for path in (folder, *folder.parents) if path.exists())
     if not above.is_dir():
         raise ValueError(f"{name}: expected a folder, found the file {above.name!r} in its place.")
-    if not os.access(above, os.W_OK | os.X_OK):
-        raise ValueError(f"{name}: {above} cannot be written to; choose another with --folder.")
+    try:
+        tempfile.TemporaryFile(dir=above).close()
+    except OSError:
+        why = f"{name}: {above} cannot be written to; choose another with --folder."
+        raise ValueError(why) from None
     return folder
 
 
