@@ -11,7 +11,7 @@ def found(value):
     if isinstance(value, np.ndarray):
         return f"found an array of shape {value.shape}"
     try:
-        text = repr(value)
+        text = " ".join(repr(value).split())
     except Exception:  # of somebody else's class, or a whole number of thousands of digits
         text = f"an object of type {type(value).__name__}"
     return f"found {text if len(text) <= 60 else text[:57] + '...'}"

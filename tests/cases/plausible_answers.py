@@ -1009,7 +1009,7 @@ WRONG = {
     ],
     "hw3.3": [
         (lambda: process_noise(1e4), "less than 10%"),
-        (lambda: -np.eye(6), "covariance"),
+        (lambda: -process_noise(1.0), "covariance"),
     ],
     "hw3.4": [
         (lambda: process_noise(1.0), "modulus margin at input 1"),

@@ -68,7 +68,7 @@ def unstable(loop, where="with filters"):
     if largest >= 1:
         return (
             f"{where.capitalize()} the closed loop is unstable: its largest eigenvalue has "
-            f"magnitude {largest:.4f}. Margins mean nothing before that is mended."
+            f"magnitude {largest:.6g}. Margins mean nothing before that is mended."
         )
     return None
 

@@ -123,8 +123,8 @@ def exercise_3(W, rig=None):
     """A process covariance whose filter leaves hardly any margin."""
     design = reference(rig, KP)
     W = weights("W", W, design.model.nstates)
-    loop = open_loop(-compensator(design, W), design.model)
     yield not_semidefinite(W)
+    loop = open_loop(-compensator(design, W), design.model)
     yield unstable(loop, "without filters")
     left, recovered = margins(broken_at(loop, 0)).modulus, modulus_margins(design, filters=False)[0]
     if left > BAD * recovered:
@@ -141,9 +141,9 @@ def exercise_4(W, rig=None):
     """A process covariance whose filter is quiet and keeps its distance."""
     design = reference(rig, KP)
     W = weights("W", W, design.model.nstates)
+    yield not_semidefinite(W)
     P = compensator(design, W)
     loop, least = open_loop(-P, design.filtered), modulus_margins(design)
-    yield not_semidefinite(W)
     yield unstable(loop)
     broken = [broken_at(loop, i) for i in (0, 1)]
     yield small_margins(design, (BETTER * least[0], least[1]), broken)
