@@ -10,9 +10,13 @@ def found(value):
     """What came, in a few words."""
     if isinstance(value, np.ndarray):
         return f"found an array of shape {value.shape}"
+    if isinstance(value, type):
+        return f"found the class {value.__name__}"
     try:
         text = " ".join(repr(value).split())
     except Exception:  # of somebody else's class, or a whole number of thousands of digits
+        text = "<"
+    if text.startswith("<") or "\n" in text:  # an address, or a page
         text = f"an object of type {type(value).__name__}"
     return f"found {text if len(text) <= 60 else text[:57] + '...'}"
 

@@ -11,6 +11,8 @@ from pendlab.classroom.checks import exercises
 from pendlab.classroom.checks.judging import all_right, choose, compare
 from pendlab.design import Design
 
+STATES = pl.paper_design("double").model  # whose text is a page
+
 
 @pytest.mark.parametrize(
     ("answer", "hint"),
@@ -63,11 +65,11 @@ def test_choice_explains_the_wrong_word():
 def test_every_check_takes_nonsense_without_an_error():
     assert exercises()
     for number in exercises():
-        for nonsense in (None, "?", np.nan, [], {}, np.zeros((7, 3)), 1e300):
+        for nonsense in (None, "?", np.nan, [], {}, np.zeros((7, 3)), 1e300, object(), STATES):
             with warnings.catch_warnings(action="error"):
                 verdict = pl.check(number, nonsense)
             assert isinstance(verdict, pl.Verdict)
-            assert verdict.message
+            assert verdict.message and not re.search(r" at 0x|\n", verdict.message)
             assert verdict.right in (False, None), f"{number} takes {nonsense!r} for right"
             assert not verdict and not verdict.share
 
