@@ -1,5 +1,6 @@
 """The judge of exercises and the students' own rigs."""
 
+import re
 import sys
 import warnings
 
