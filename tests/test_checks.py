@@ -27,6 +27,7 @@ STATES = pl.paper_design("double").model  # whose text is a page
         ([2.0, 2.0], "shape"),
         (2.0 + 1.0j, "complex"),
         (77.0, "too large"),
+        (-77.0, "wrong sign"),
     ],
 )
 def test_hint_names_the_mistake(answer, hint):

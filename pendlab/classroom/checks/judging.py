@@ -115,8 +115,10 @@ def _compare(name, answer, truth, mistakes, tolerance, praise, each):
     if abs(answer - truth) < 0.2 * abs(truth):
         wanted = f"{100 * tolerance:.2g} %"
         return Verdict(False, f"{name} is near, off by less than a fifth; {wanted} is asked for.")
+    if np.real(answer * truth) < 0:
+        return Verdict(False, f"{name} has the wrong sign, and not the right size either.")
     size = "large" if abs(answer) > abs(truth) else "small"
-    return Verdict(False, f"{name} is too {size}.")
+    return Verdict(False, f"{name} is too {size}{' in magnitude' if np.real(truth) < 0 else ''}.")
 
 
 def close(answer, truth, tolerance, each=False):
