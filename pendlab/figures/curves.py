@@ -65,8 +65,8 @@ def lines(
     fig = new_figure(width, height)
     axes = fig.subplots(1, len(panels), sharey=sharey, squeeze=False)[0]
     for ax, x_label, (y_label, curves) in zip(axes, x_labels, panels.items(), strict=True):
-        for k, curve in enumerate(curves):
-            _draw(ax, *curve, PENS[k % len(PENS)])
+        for curve, pen in zip(curves, cycle(PENS)):
+            _draw(ax, *curve, pen)
         ax.set(xlabel=x_label, ylabel="" if sharey and ax is not axes[0] else y_label)
         ax.set(**{f"{axis}scale": "log" for axis in log})
         if frame is not None:
@@ -109,9 +109,10 @@ def _curves(panel, curves):
             x, y = (np.ma.filled(np.ma.asarray(part, dtype=float), np.nan) for part in (x, y))
         except (TypeError, ValueError):
             raise TypeError(f"{name}: expected numbers, {found(curve)}.") from None
-        if len(np.atleast_1d(x)) != len(np.atleast_1d(y)):
+        x, y = np.atleast_1d(x, y)
+        if len(x) != len(y):
             raise ValueError(
-                f"{name}: expected x and y of one length, found {np.shape(x)} and {np.shape(y)}."
+                f"{name}: expected x and y of one length, found {x.shape} and {y.shape}."
             )
-        checked.append((label, np.atleast_1d(x), np.atleast_1d(y), given))
+        checked.append((label, x, y, given))
     return checked

@@ -68,7 +68,7 @@ def _curve(loop, omega):
     return L[:, 0, 0] if loop.ninputs == 1 else np.linalg.det(np.eye(loop.ninputs) + L)
 
 
-def draw_nyquist(ax, curves, looks, frame=None, paper=None, zoom=None):
+def draw_nyquist(ax, curves, looks, frame, paper=None, zoom=None):
     """`draw_loops` with the crossings listed in a legend below; returns update(curves, paper=None).
 
     `paper` has for each curve the printed frequencies (real axis, unit circle), Hz, to stand beside
@@ -90,14 +90,14 @@ def draw_nyquist(ax, curves, looks, frame=None, paper=None, zoom=None):
     return update
 
 
-def draw_loops(ax, curves, looks, frame=None, zoom=None):
+def draw_loops(ax, curves, looks, frame, zoom=None):
     """Nyquist curves near the critical point; returns update(curves) -> moved artists.
 
     A look for each of the curves, the frame ((left, right), (bottom, top)) of the axes, and perhaps
     zoom = (box, half): an inset at box = (x, y, width, height) in parts of the axes that shows the
     critical point with `half` on every side.
     """
-    frame_plane(ax, ((-2.5, 0.5), (-1.5, 1.5)) if frame is None else frame)
+    frame_plane(ax, frame)
     ax.set_aspect("equal", adjustable="box")
     views = [ax] if zoom is None else [ax, _inset(ax, curves[0].critical, *zoom)]
     moves = [_draw_view(view, curves, looks) for view in views]
@@ -173,18 +173,19 @@ def decibels(ratio):
     return 20 * np.log10(ratio)
 
 
-def draw_sigma_min(ax, curves, looks, frame=None, listed=True):
+def draw_sigma_min(ax, curves, looks, frame, listed=True):
     """Smallest singular values in dB over Hz, their lowest points and the Nyquist frequency.
 
     In a frame ((lowest, highest) Hz, (lowest, highest) dB); words tell the lowest points and the
     Nyquist frequency where `listed`. Returns update(curves) -> moved artists.
     """
-    x, y = ((1e-3, 1e2), (-40, 10)) if frame is None else frame
     zero_lines(ax, "x")
     grey = COLORS["grey"]
     end = ax.axvline(1, color=grey, linestyle="-.", linewidth=1.0)
-    note = ax.text(1, y[0], "", ha="right", va="bottom", rotation=90, fontsize=10, color=grey)
-    ax.set(xscale="log", xlim=x, ylim=y)
+    note = ax.text(
+        1, frame[1][0], "", ha="right", va="bottom", rotation=90, fontsize=10, color=grey
+    )
+    ax.set(xscale="log", xlim=frame[0], ylim=frame[1])
     ax.set(xlabel="frequency in Hz", ylabel="smallest singular value in dB")
     dot = dict(marker="o", linestyle="none", markeredgecolor="white", markersize=7, zorder=6)
     lowest = [{**dot, "color": style["color"]} for style in looks]
