@@ -97,7 +97,7 @@ def test_a_run_that_falls_hits_nothing():
 @pytest.mark.parametrize(
     "arguments, message",
     [
-        (("quadruple",), "name: expected one of triple, double"),
+        (("quadruple",), "name: expected one of 'triple', 'double'"),
         (("double", 0), "count"),
         (("double", 2, -1.0), "spread"),
     ],

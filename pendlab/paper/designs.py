@@ -25,11 +25,8 @@ def paper_design(name, observer=1):
     ----------
     name : "double" or "triple"
     observer : which printed observer: 1 is (24) with (27) of the double and (36) with (37) of the
-        triple, 2 is (25) with (28) of the double
-
-    Returns
-    -------
-    Design with the member of the null space that rounds to the printed T, K and [L1 L2]
+        triple, 2 is (25) with (28) of the double; the member of the null space that rounds to the
+        printed T, K and [L1 L2]
 
     >>> pl.paper_design("triple").kp
     10.0
@@ -55,27 +52,19 @@ def _paper_design(name, observer):
 
 
 def printed_member(family, *keys):
-    """Coefficients of the member that comes nearest to the printed T, K and L at once.
+    """(coefficients, worst) of the member that comes nearest to the printed T, K and L at once.
 
     Minimises the largest |ours - printed| / half digit by repeated linear programs on the
-    linearised entries (L follows from T by an inverse), starting from the projection.
-
-    Returns
-    -------
-    coefficients, worst : `worst` of 1 or less means that every printed digit is met
+    linearised entries (L follows from T by an inverse), starting from the projection; a `worst` of
+    1 or less means that every printed digit is met.
     """
     entries = [published(key) for key in keys]
 
     def misfit(c):
         member = family.member(c)
-        L = estimating_rows(member)
-        ours = (member.T, member.K, L)
-        return np.concatenate(
-            [
-                np.ravel((own.reshape(entry.values.shape) - entry.values) / entry.half_digit)
-                for own, entry in zip(ours, entries, strict=True)
-            ]
-        )
+        pairs = zip((member.T, member.K, estimating_rows(member)), entries, strict=True)
+        gaps = [(own.reshape(e.values.shape) - e.values) / e.half_digit for own, e in pairs]
+        return np.concatenate([np.ravel(gap) for gap in gaps])
 
     c = family.project(np.atleast_2d(entries[0].values), np.atleast_2d(entries[1].values))
     values, reach = misfit(c), 1e-2

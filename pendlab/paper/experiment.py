@@ -11,6 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from .._arguments import found, instance, number, numbers, whole
+from ..bench.arguments import one_of
 from ..bench.imperfections import Imperfections, bench_imperfections, bench_rig, bench_start
 from ..bench.many import simulate_many
 from ..bench.simulation import Run, simulate
@@ -48,7 +49,9 @@ def _bench_run(name, t_end):
 def bench_ensemble(
     name, count=50, spread=1e-3, seed=0, *, rig=None, initial=None, imperfections=None
 ):
-    """Runs of the paper's experiment from starts near the bench's own, up to the end of its figures.
+    """`Runs` of the paper's experiment from starts near the bench's own, to the end of its figures.
+
+    Equal calls give the same runs.
 
     Parameters
     ----------
@@ -57,14 +60,6 @@ def bench_ensemble(
     spread : each start angle is off by up to this, evenly distributed, rad
     seed : of the starts; run k also takes seed + k for its noise
     rig, initial, imperfections : instead of `bench_rig`, `bench_start`, `bench_imperfections`
-
-    Returns
-    -------
-    Runs : `count` runs; equal calls give the same runs
-
-    Raises
-    ------
-    ValueError, TypeError : an unknown name, a count below 1, a negative spread
 
     >>> len(pl.bench_ensemble("double", count=2))
     2
@@ -84,15 +79,10 @@ def bench_ensemble(
             f"initial: expected {n} angles below pi/2, with as many rates if wanted, {found(start)}."
         )
     own = rig is None and initial is None and imperfections is None
-    return (_ensemble if own else _ensemble.__wrapped__)(
-        name,
-        count,
-        float(spread),
-        seed,
-        bench_rig(paper) if rig is None else rig,
-        start,
-        bench_imperfections(paper) if imperfections is None else imperfections,
-    )
+    rig = bench_rig(paper) if rig is None else rig
+    on = bench_imperfections(paper) if imperfections is None else imperfections
+    ensemble = _ensemble if own else _ensemble.__wrapped__
+    return ensemble(name, count, float(spread), seed, rig, start, on)
 
 
 @lru_cache(maxsize=4)  # some 30 MB each: the bench as it is, not its changes
@@ -187,6 +177,4 @@ def _panels(name):
 
 
 def _known(name):
-    if not isinstance(name, str) or name not in FIGURES:
-        raise ValueError(f"name: expected one of {', '.join(FIGURES)}, {found(name)}.")
-    return name
+    return one_of("name", name, FIGURES)

@@ -7,7 +7,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from .._arguments import array, found
+from .._arguments import array, found, text
 from ..parameters import DATA, read_toml
 
 # Room for the rounding of binary fractions, in half digits: 0.125 holds as 0.13 and as 0.12.
@@ -26,11 +26,6 @@ class Published:
     printed : the digits, entries separated by spaces, one matrix row per line
     note : how the entry was read; may be empty
     known : why the number is known not to be reproduced; empty where it should be
-
-    Raises
-    ------
-    TypeError, ValueError : a field that is no text or empty, an entry of `printed` that is no
-        finite number, rows of different lengths
     """
 
     key: str
@@ -42,11 +37,7 @@ class Published:
 
     def __post_init__(self):
         for name in FIELDS:
-            value = getattr(self, name)
-            if not isinstance(value, str):
-                raise TypeError(f"{name}: expected text in quotes, {found(value)}.")
-            if name in REQUIRED and not value.strip():
-                raise ValueError(f"{name}: expected text, found none; fill it in.")
+            text(name, getattr(self, name), empty=name not in REQUIRED)
         self._arrange(float)
 
     @cached_property
@@ -73,13 +64,7 @@ class Published:
     def worst(self, ours):
         """Largest distance of `ours` from `values`, in half digits; up to 1 the digits agree.
 
-        Parameters
-        ----------
-        ours : real, the shape of `values` up to axes of length 1, entries in the printed order
-
-        Raises
-        ------
-        TypeError, ValueError : `ours` is not real or has another shape
+        `ours` is real, has the shape of `values` up to axes of length 1, entries in printed order.
 
         >>> f"{pl.published('sec4.double.E').worst(0.91):.1f}"
         '0.2'
@@ -105,7 +90,7 @@ class Published:
 
     def _arrange(self, number):
         rows = [
-            [number(_decimal(text)) for text in row.split()] for row in self.printed.splitlines()
+            [number(_decimal(entry)) for entry in row.split()] for row in self.printed.splitlines()
         ]
         if len({len(row) for row in rows}) != 1 or not rows[0]:
             lengths = ", ".join(str(len(row)) for row in rows)
@@ -123,13 +108,10 @@ FIELDS = (*REQUIRED, "note", "known")
 def published(key=None):
     """One printed number by key, or all of them as a tuple in the paper's order.
 
+    ValueError names keys near an unknown one, or file and entry of a damaged ledger.
+
     >>> pl.published("sec4.double.R").values
     array(3.)
-
-    Raises
-    ------
-    ValueError : unknown key (near ones are named), or a missing or damaged ledger (file and entry
-        are named)
     """
     entries = _ledger(DATA / "published.toml")
     if key is None:
@@ -172,11 +154,11 @@ def _entry(table):
     return Published(**table)
 
 
-def _decimal(text):
+def _decimal(entry):
     try:
-        value = Decimal(text)
+        value = Decimal(entry)
     except InvalidOperation:
         value = Decimal("nan")
     if not value.is_finite():
-        raise ValueError(f"printed: expected finite numbers, found {text!r}.")
+        raise ValueError(f"printed: expected finite numbers, found {entry!r}.")
     return value
