@@ -28,7 +28,8 @@ _CONTENTS = {
     "nyquist": "encirclements",
     "design": "Design",
     # bench: the rig in software (section 5)
-    "bench.imperfections": "Imperfections Pulse bench_imperfections bench_rig bench_start",
+    "bench.imperfections": "Imperfections Pulse",
+    "bench.gearbox": "bench_imperfections bench_rig bench_start",
     "bench.simulation": "Run simulate",
     "bench.many": "Runs simulate_many",
     # paper: its numbers, designs and runs

@@ -37,6 +37,8 @@ TESTS = {
     "bench/plant": "simulation simulation_plant cases/runs_end",
     "bench/inputs": "simulation cases/bad_arguments_bench",
     "bench/imperfections": "inputs simulation simulation_plant cases/bad_arguments_bench",
+    "bench/gearbox": "simulation cases/bad_arguments_bench",
+    "bench/stepping": "simulation simulation_plant cases/bad_arguments_bench",
     "bench/many": "simulation cases/bad_arguments_bench",
     "studies/controllability": "cases/searches_end",
     "studies/structured": "transmission cases/narrow_resonances",

@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from scipy.linalg import expm
 
 import pendlab as pl
-from pendlab.bench import imperfections
+from pendlab.bench import gearbox
 
 
 @dataclasses.dataclass(frozen=True)
@@ -449,7 +449,7 @@ def test_stretches_of_the_compiled_loop_join_without_a_seam(bench, monkeypatch):
     for loads in (held, dict(disturbance=pl.Pulse(2, 0.295, 0.02, 0.1))):
         whole = pl.simulate(**bench, **loads, t_end=1.0)
         with monkeypatch.context() as patch:
-            patch.setattr("pendlab.bench.simulation.PATIENCE", 10 * round(0.01 / whole.inner_step))
+            patch.setattr("pendlab.bench.stepping.PATIENCE", 10 * round(0.01 / whole.inner_step))
             parts = pl.simulate(**bench, **loads, t_end=1.0)
         for field in ("angles", "rates", "u", "y", "estimate"):
             np.testing.assert_array_equal(getattr(whole, field), getattr(parts, field))
@@ -709,11 +709,11 @@ def test_wrong_kinds_are_named(triple_design):
     ],
 )
 def test_damaged_bench_file_names_file_and_entry(tmp_path, monkeypatch, old, new, message):
-    source = imperfections.DATA / "gearbox.toml"
+    source = gearbox.DATA / "gearbox.toml"
     text = source.read_text(encoding="utf-8")
     assert old in text
     (tmp_path / source.name).write_text(text.replace(old, new, 1), encoding="utf-8")
-    monkeypatch.setattr(imperfections, "DATA", tmp_path)
+    monkeypatch.setattr(gearbox, "DATA", tmp_path)
     with pytest.raises((TypeError, ValueError), match=rf"gearbox\.toml: {message}"):
         pl.bench_imperfections(pl.load("triple"))
 

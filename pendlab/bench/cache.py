@@ -49,8 +49,7 @@ def keep(name, write):
     for folder in cache_folders():
         path = folder / f"{name}.py"
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=folder).close()
+            _writable(folder)
             if not (intact(path) and _compiled(folder, name)):
                 _copy_seed(name, folder)
             if not intact(path):
@@ -120,31 +119,28 @@ def cache_findings():
     findings = []
     for folder in cache_folders():
         try:
-            folder.mkdir(parents=True, exist_ok=True)
-            tempfile.TemporaryFile(dir=folder).close()
+            _writable(folder)
         except OSError as problem:
-            reason = problem.strerror or type(problem).__name__
-            findings.append(
-                (False, f"{folder} cannot be written ({reason})",
-                 "free some space or mend its rights, or set PENDLAB_CACHE to a folder of yours.")
-            )  # fmt: skip
+            what = f"{folder} cannot be written ({problem.strerror or type(problem).__name__})"
+            advice = (
+                "free some space or mend its rights, or set PENDLAB_CACHE to a folder of yours."
+            )
+            findings.append((False, what, advice))
             continue
-        damaged = sorted(file.name for file in _files(folder) if _damaged(file))
-        kernels = len(list(folder.glob("kernel_*.py")))
-        if damaged:
-            findings.append(
-                (False, f"{folder}: {len(damaged)} damaged, among them {damaged[0]}",
-                 "nothing: they are made anew when they are needed; or delete that folder.")
-            )  # fmt: skip
-        else:
-            findings.append((True, f"{folder}: {kernels} kernels, none damaged", ""))
-        return findings
+        kernels = list(folder.glob("kernel_*.py"))
+        damaged = sorted(file.name for file in kernels + _compiled(folder) if _damaged(file))
+        if not damaged:
+            return [*findings, (True, f"{folder}: {len(kernels)} kernels, none damaged", "")]
+        what = f"{folder}: {len(damaged)} damaged, among them {damaged[0]}"
+        advice = "nothing: they are made anew when they are needed; or delete that folder."
+        return [*findings, (False, what, advice)]
     advice = "each session compiles anew (some seconds); set PENDLAB_CACHE to a folder of yours."
     return [*findings, (False, "no folder of yours can be written", advice)]
 
 
-def _files(folder):
-    return [*folder.glob("kernel_*.py"), *_compiled(folder)]
+def _writable(folder):
+    folder.mkdir(parents=True, exist_ok=True)
+    tempfile.TemporaryFile(dir=folder).close()
 
 
 def _damaged(file):

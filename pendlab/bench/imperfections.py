@@ -1,12 +1,11 @@
 """What the bench does to a design: filters, limits, resolution, delay, sensors, friction, backlash."""
 
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from numbers import Real
 
 import numpy as np
 
-from .._arguments import flag, instance, number, numbers, whole
-from ..parameters import DATA, Pendulum, entry, load, read_toml
+from .._arguments import flag, number, numbers, whole
 from .arguments import one_of
 
 
@@ -124,120 +123,6 @@ class Pulse:
         number("Pulse start", self.start, least=0)
         number("Pulse length", self.length, above=0)
         number("Pulse height", self.height)
-
-
-def bench_imperfections(rig, *, foreign=False):
-    """The imperfections of ``data/gearbox.toml`` that explain Figs 15-17, all switched on.
-
-    Motor 1 has the same gearbox in both rigs. See the file for how its values were found.
-
-    Parameters
-    ----------
-    rig : one of the paper's, or one that has its gearboxes (with the same ratios) on other links
-    foreign : True takes the paper's gearboxes for a rig with others, which the file knows nothing of
-
-    ValueError for a rig that the file does not know, or a damaged entry.
-    """
-    path, table, bench = _bench(rig)
-    n = rig.n_links
-    gears = _gears(path, table, rig, foreign)
-    sensors, hinges = table["sensors"], table["hinges"]
-
-    def one(part, key, unit):
-        return _values(path, part, key, unit, 1)[0]
-
-    def each(key, unit):
-        return tuple(one(gear, key, unit) for gear in gears)
-
-    bits = one(sensors, "bits", "1")
-    if bits not in range(1, 33):
-        raise ValueError(
-            f"{path}: entry 'bits': expected a whole number from 1 to 32, found {bits:g}."
-        )
-    angle, rate, voltage = (
-        2 * one(sensors, key, unit) / 2**bits
-        for key, unit in (("angle_range", "rad"), ("rate_range", "rad/s"), ("voltage_range", "V"))
-    )
-    return Imperfections(
-        filters=True,
-        saturation=True,
-        resolution=(angle,) * n + (rate,),
-        voltage_resolution=voltage,
-        delay=one(bench, "delay", "s"),
-        offset=_values(path, bench, "offset", "rad, rad/s", n + 1),
-        noise=(one(sensors, "angle_noise", "rad"),) * n + (one(sensors, "rate_noise", "rad/s"),),
-        hinge_friction=_values(path, hinges, "dry_friction", "N m", None)[:n],
-        gear_friction=each("dry_friction", "N m"),
-        gap=each("gap", "rad"),
-        contact_stiffness=each("contact_stiffness", "N m/rad"),
-        contact_damping=each("contact_damping", "s/rad"),
-        presliding=one(hinges, "presliding", "rad"),
-    )
-
-
-def _gears(path, table, rig, foreign):
-    """The entries of the rig's gearboxes; a gearbox is known by its ratio."""
-    gears = table.get("gearboxes", [])[: rig.n_motors]
-    if len(gears) < rig.n_motors:
-        raise ValueError(
-            f"{path}: describes {len(gears)} gearboxes, found a rig with {rig.n_motors} motors."
-        )
-    if flag("foreign", foreign):
-        return gears
-    for j, (motor, paper) in enumerate(zip(rig.motors, load("triple").motors), 1):
-        if motor.ratio != paper.ratio:
-            raise ValueError(
-                f"rig: the bench describes the paper's gearboxes, number {j} with a ratio of "
-                f"{paper.ratio:g}, found {motor.ratio:g}; build pl.Imperfections(...) for your own, or "
-                "say foreign=True to take the paper's play and friction."
-            )
-    return gears
-
-
-def bench_rig(rig, *, foreign=False):
-    """The rig as it stands on the bench: `rig` with what the data sheets of its motors leave out.
-
-    The damping of each motor is multiplied by its factor in ``data/gearbox.toml``. Tables 2 to 5 and
-    every design stay as printed; only what is simulated with `bench_imperfections` takes this rig.
-    Arguments and errors are as there.
-
-    >>> paper = pl.load("double")
-    >>> pl.bench_rig(paper).motors[0].damping > paper.motors[0].damping
-    True
-    """
-    path, table, _ = _bench(rig)
-    motors = tuple(
-        replace(motor, damping=motor.damping * _values(path, gear, "damping_factor", "1", 1)[0])
-        for motor, gear in zip(rig.motors, _gears(path, table, rig, foreign))
-    )
-    return replace(rig, motors=motors)
-
-
-def bench_start(rig):
-    """Relative angles (rad) from which Figs 15-17 are started by hand, from ``data/gearbox.toml``."""
-    path, _, bench = _bench(rig)
-    return _values(path, bench, "start", "rad", rig.n_links)
-
-
-def _bench(rig):
-    instance("rig", rig, Pendulum, 'pl.load("triple")')
-    path = DATA / "gearbox.toml"
-    table = read_toml(path)
-    known = table.get("benches", {})
-    bench = known.get(f"{rig.n_links} links")
-    if bench is None:
-        raise ValueError(
-            f"rig: {path.name} knows benches with {', '.join(known)}, found {rig.n_links} links; "
-            "build pl.Imperfections(...) by hand."
-        )
-    for name in ("sensors", "hinges"):
-        if name not in table:
-            raise ValueError(f"{path}: section [{name}] is missing; restore it.")
-    return path, table, bench
-
-
-def _values(path, part, key, unit, count):
-    return numbers(f"{path}: entry {key!r}", entry(path, part, key, unit), count=count)
 
 
 def switches():

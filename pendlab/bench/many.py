@@ -135,26 +135,23 @@ def _submitted(pool, k, job):
 def _result(future, k):
     try:
         return future.result()
-    except (ValueError, TypeError) as problem:
-        if _pickling(problem):
-            raise _unsendable(k, problem) from problem
-        kind = TypeError if isinstance(problem, TypeError) else ValueError
-        raise kind(f"cases[{k}]: {problem}") from problem
-    except (PicklingError, AttributeError) as problem:
-        raise _unsendable(k, problem) from problem
-    except Exception as problem:  # a broken pool, a lost machine
-        raise ValueError(f"executor: failed at cases[{k}] ({_said(problem)}).") from problem
+    except Exception as problem:
+        kind, why = ValueError, f"cases[{k}]: {problem}"
+        if _unsendable(problem):
+            why = (
+                f"cases[{k}]: cannot be sent to another process ({_said(problem)}); use functions "
+                "and controllers that a module defines, or leave executor out."
+            )
+        elif isinstance(problem, TypeError):
+            kind = TypeError
+        elif not isinstance(problem, ValueError):  # a broken pool, a lost machine
+            why = f"executor: failed at cases[{k}] ({_said(problem)})."
+        raise kind(why) from problem
 
 
-def _pickling(problem):
-    return isinstance(problem, TypeError) and "pickle" in str(problem)
-
-
-def _unsendable(k, problem):
-    return ValueError(
-        f"cases[{k}]: cannot be sent to another process ({_said(problem)}); use functions and "
-        "controllers that a module defines, or leave executor out."
-    )
+def _unsendable(problem):
+    pickling = isinstance(problem, TypeError) and "pickle" in str(problem)
+    return pickling or isinstance(problem, (PicklingError, AttributeError))
 
 
 def _said(problem):

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from .._arguments import found, instances
+from .._arguments import instances
 from ..controllers import Controller
 from ..observers import Observer
 from ..parameters import Pendulum
+from . import arguments
 from .cache import intact
 from .generated import load_kernel
 from .imperfections import Imperfections
@@ -40,9 +41,8 @@ def _cache(folder):
     if folder is None:
         yield
         return
-    if not isinstance(folder, (str, os.PathLike)) or not str(folder).strip():
-        raise TypeError(f"folder: expected the path of a folder, {found(folder)}.")
-    target, before = Path(folder).expanduser().absolute(), os.environ.get("PENDLAB_CACHE")
+    target = arguments.path("folder", folder).expanduser().absolute()
+    before = os.environ.get("PENDLAB_CACHE")
     try:
         target.mkdir(parents=True, exist_ok=True)
         if not os.access(target, os.W_OK):

@@ -20,7 +20,8 @@ import numpy as np
 
 from .._arguments import found, instance, number, text, whole
 from ..bench import arguments
-from ..bench.imperfections import Imperfections, Pulse, bench_imperfections, bench_rig, bench_start
+from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
+from ..bench.imperfections import Imperfections, Pulse
 from ..bench.simulation import simulate
 from ..parameters import Pendulum, load
 from .own_rig import fractions

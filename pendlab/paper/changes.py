@@ -6,7 +6,7 @@ import numpy as np
 
 from .._arguments import number
 from ..bench.arguments import one_of
-from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
+from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
 from .designs import paper_design
 from .experiment import FIGURES, bench_ensemble, extremes, tick_hits
 

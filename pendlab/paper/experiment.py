@@ -12,7 +12,8 @@ import numpy as np
 
 from .._arguments import found, instance, number, numbers, whole
 from ..bench.arguments import one_of
-from ..bench.imperfections import Imperfections, bench_imperfections, bench_rig, bench_start
+from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
+from ..bench.imperfections import Imperfections
 from ..bench.many import simulate_many
 from ..bench.simulation import Run, simulate
 from ..models import angle_names

@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
+from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
 from ..bench.many import simulate_many
 from .designs import paper_design
 from .experiment import bench_ensemble

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
+from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
 from ..bench.simulation import simulate
 from ..figures.outcomes import angle_in_words
 from ..figures.pages import kp_page, observer_page, triple_page, weights_page

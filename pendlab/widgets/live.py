@@ -11,8 +11,8 @@ import numpy as np
 
 from .._arguments import found
 from ..bench.arguments import one_of
+from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
 from ..bench.generated import kernel_text
-from ..bench.imperfections import bench_imperfections, bench_rig, bench_start
 from ..bench.plant import ACCURATE, LARGEST_STEP, bench_tuples, fastest_rate, integration
 from ..bench.tuples import Law, Memory
 from ..design import Design

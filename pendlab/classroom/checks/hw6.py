@@ -6,7 +6,8 @@ import numpy as np
 from scipy.optimize import brentq
 
 from ..._arguments import array, number
-from ...bench.imperfections import Imperfections, bench_imperfections
+from ...bench.gearbox import bench_imperfections
+from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
 from ...loop import frequency_response
 from ...models import linearize

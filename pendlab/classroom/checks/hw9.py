@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...bench.imperfections import bench_start
+from ...bench.gearbox import bench_start
 from ...bench.simulation import simulate
 from ...controllers import Controller
 from ...loop import margins, open_loop
