@@ -154,7 +154,7 @@ def test_bits_of_the_converters(tmp_path, monkeypatch, bits, works):
     (tmp_path / "gearbox.toml").write_text(
         text.replace("{value = 12, ", f"{{value = {bits}, "), "utf-8"
     )
-    monkeypatch.setattr("pendlab.bench.imperfections.DATA", tmp_path)
+    monkeypatch.setattr("pendlab.bench.gearbox.DATA", tmp_path)
     if works:
         on = pl.bench_imperfections(pl.load("double"))
         assert on.voltage_resolution == pytest.approx(2 * 12.0 / 2**bits)

@@ -145,7 +145,7 @@ def test_shortened_files_are_compiled_anew(tmp_path, seed, expected, pattern, ke
     assert cache._damaged(file)
     ready = int("run" not in pattern)
     assert simulated(tmp_path, PENDLAB_CACHE=str(mine)) == [expected, ready]
-    assert not any(map(cache._damaged, cache._files(mine)))
+    assert not any(map(cache._damaged, [*mine.glob("kernel_*.py"), *cache._compiled(mine)]))
 
 
 @pytest.mark.skipif(sys.platform == "win32", reason="no limit on the size of files there")
@@ -163,7 +163,8 @@ def test_a_quota_on_the_cache_costs_time_only(tmp_path, seed, expected):
 @pytest.mark.parametrize("bad, kind, message", [
     (dict(rigs="double"), TypeError, "rigs: entry 1: expected a pl.Pendulum, found 'double'"),
     (dict(rigs=[pl.load("double"), 3]), TypeError, "rigs: entry 2: expected a pl.Pendulum, found 3"),
-    (dict(rigs=[], folder=""), TypeError, "folder: expected the path of a folder"),
+    (dict(rigs=[], folder=""), ValueError, "folder: expected text, found none"),
+    (dict(rigs=[], folder=3), TypeError, "folder: expected the path of a file or folder, found 3"),
     (dict(rigs=[], folder=__file__), ValueError, "folder: .* cannot be written"),
 ])  # fmt: skip
 def test_warming_says_what_it_needs(bad, kind, message):
