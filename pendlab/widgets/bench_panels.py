@@ -2,13 +2,8 @@
 
 import numpy as np
 
-from ..bench.imperfections import (
-    Imperfections,
-    Pulse,
-    bench_imperfections,
-    bench_rig,
-    bench_start,
-)
+from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
+from ..bench.imperfections import Imperfections, Pulse
 from ..bench.many import simulate_many
 from ..bench.simulation import simulate
 from ..figures.moving import animation

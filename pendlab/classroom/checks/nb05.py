@@ -6,12 +6,8 @@ from functools import lru_cache
 import numpy as np
 
 from ..._arguments import array, found
-from ...bench.imperfections import (
-    Imperfections,
-    bench_imperfections,
-    bench_rig,
-    bench_start,
-)
+from ...bench.gearbox import bench_imperfections, bench_rig, bench_start
+from ...bench.imperfections import Imperfections
 from ...bench.many import simulate_many
 from ...bench.simulation import simulate
 from ...design import Design
