@@ -897,7 +897,11 @@ WRONG = {
         (lambda: (20 * np.log10(ripple()),), "decibels"),
         (lambda: (1 / ripple(),), "turn it round"),
     ],
-    "04.4": [(lambda: (-kp_low(),), "sign"), (lambda: (0.7,), "printed")],
+    "04.4": [
+        (lambda: (-kp_low(),), "sign"),
+        (lambda: (0.7,), "printed"),
+        (lambda: (0.8,), "Two digits"),
+    ],
     "04.5": [(lambda: ((2, 4, 4),), "subtract"), (lambda: ((1, 2, 2),), "identity")],
     "04.6": [
         (lambda: (upper_margin(),), "factor"),
@@ -1027,6 +1031,7 @@ WRONG = {
     "hw4.1": [
         (lambda: slow_motion() * np.log(2), "half-life"),
         (lambda: 50072.0, "samples"),
+        (lambda: slow_motion() / 60, "minutes"),
     ],
     "hw4.2": [
         (lambda: 250 / 20, "which power"),

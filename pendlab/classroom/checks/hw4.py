@@ -33,6 +33,7 @@ def exercise_1(rig):
     tau = time_constant(design.nominal_loop)
     yield tau, None
     yield tau / design.dt, "That is counted in samples; how long is one?"
+    yield tau / 60, "That is in minutes; seconds are asked for."
     yield tau * np.log(2), "That is the half-life; a time constant is the decay to 1/e."
     yield 1 / np.abs(1 - np.exp(-design.dt / tau)), "Samples again, and by 1/(1 - z)."
 

@@ -119,8 +119,8 @@ def exercise_4(rig):
     yield alignment_interval(triple.model)[1], pair
     yield alignment_interval(triple.filtered)[1], "That is the upper end, with filters."
     yield -at_one(), "The sign: A_t1 = A_t - B_t2 k_p C_p C_t, so I - A_t1 has a plus."
-    mixed = "I - A belongs to the sampled model; for the continuous one it is 0 - A."
-    yield at_one(model=triple.plant), mixed
+    mixed = "Two digits, please. I - A belongs to the sampled model, 0 - A to the continuous one."
+    yield at_one(model=triple.plant), mixed  # 0.80, as the truth to one digit is
     yield at_one(motor=0), "That is motor 1's column; the spring is made by motor 2."
     yield at_one(output=1), "That feeds back theta2 - theta1; C_p picks out theta3 - theta2."
 
