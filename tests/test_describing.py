@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy.optimize import OptimizeResult
 
 import pendlab as pl
 from pendlab.studies.describing import _twist, at_the_gears, friction, play
@@ -76,6 +77,15 @@ def test_every_cycle_of_one_gear_balances_the_rotor(double, gap, dry):
         phi = joints * tau + twist
         terms = (motor.inertia * s**2 + motor.damping * s) * phi, 4j * dry / np.pi * phi / abs(phi)
         assert abs(sum(terms) - drives * tau) < 1e-3 * max(map(abs, (*terms, drives * tau)))
+
+
+@pytest.mark.parametrize("missing, found", [(1e-8, True), (1e-6, False)])
+def test_what_does_not_balance_is_no_cycle(double, monkeypatch, missing, found):
+    def stopped(function, start, args):
+        return OptimizeResult(x=start, fun=np.array([0.0, missing]))
+
+    monkeypatch.setattr("pendlab.studies.describing.root", stopped)
+    assert bool(pl.limit_cycles(double, pl.Imperfections(gap=0.05))) is found
 
 
 def test_size_scales_with_the_gap_and_the_frequency_does_not(double):

@@ -184,7 +184,7 @@ def test_encirclements_of_the_papers_loops(design):
 
 @pytest.mark.parametrize(
     "place, width, change",
-    [(0.3012, 1e-3, 4 * np.pi + 1), (0.7954, 1.27e-4, -19.26), (0.3012, 1e-9, 4 * np.pi + 1)],
+    [(0.3012, 1e-3, 4 * np.pi + 1), (0.7954, 1.27e-4, -19.26), (0.3012, 3e-12, 4 * np.pi + 1)],
 )
 def test_turns_within_one_step_are_followed(place, width, change):
     """Turns within less than one step of 1/200 are seen only by halving the steps at that place."""

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import pendlab as pl
+from pendlab.studies.pushes import _bisect, _bracket, _pulses
 
 
 @pytest.fixture(scope="module")
@@ -27,6 +28,38 @@ def test_limit_lies_between_what_recovers_and_what_falls(double):
             assert falls(double, link, length, 1.06 * height) or falls(
                 double, link, length, -1.06 * height
             )
+
+
+def test_search_ends_as_close_as_asked_below_each_limit():
+    """Against limits that are known, from none at all to far beyond the first try."""
+    limits = np.array([0.0, 3e-13, 0.07, 0.1, 0.11, 5.0, 1e10])
+
+    def recovers(heights, which):
+        return which & (heights < limits)
+
+    low, high = _bracket(recovers, len(limits))
+    np.testing.assert_array_equal(high, np.where(low > 0, 2 * low, 0.1))
+    assert np.all((low < limits) & (limits <= high) | (low == 0) & (limits <= 0.1))
+    low, high = _bisect(recovers, low, high, 0.02)
+    assert np.all(low[1:] < limits[1:]) and np.all(limits <= high)
+    assert np.all(high - low <= np.where(limits > 0, 0.02 * high, 1e-15)) and np.all(low[1:] > 0)
+
+
+def test_search_for_a_limit_that_is_none_ends():
+    tried = []
+
+    def recovers(heights, which):
+        tried.append(heights.copy())
+        return which
+
+    with pytest.raises(ValueError, match="not enough to make the rig fall in time"):
+        _bracket(recovers, 1)
+    np.testing.assert_array_equal(np.ravel(tried), 0.1 * 2.0 ** np.arange(40))
+
+
+def test_a_push_is_a_pulse_on_every_link_that_its_lever_turns():
+    pulses = _pulses(np.array([0.5, 0.0, 2.0]), 0.2, -1, 3.0, 1.0)
+    assert pulses == [pl.Pulse(1, 1.0, 0.2, -1.5), pl.Pulse(3, 1.0, 0.2, -6.0)]
 
 
 def test_short_pulses_count_by_their_impulse(double):

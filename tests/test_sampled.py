@@ -90,6 +90,8 @@ def test_alignment_leaves_two_unstable_eigenvalues_inside_its_interval(triple):
     assert 0 < low < 10 < high
     for end, inside, outside in ((low, 1.001, 0.999), (high, 0.999, 1.001)):
         assert unstable(end * inside) == 2 < unstable(end * outside)
+    # Without sampling the same gain balances at rest, and none is too high.
+    assert pl.alignment_interval(pl.linearize(triple)) == (pytest.approx(low, rel=1e-6), np.inf)
 
 
 @given(rigs(), st.data())

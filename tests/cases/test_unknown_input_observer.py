@@ -90,6 +90,17 @@ def test_dimension_exceeds_the_count_where_E_meets_a_zero(seed, zero, met):
         assert pl.observer_family(model, E).dimension == 2
 
 
+def test_process_noise_may_leave_states_alone(double_design):
+    """Of variance zero where it enters nowhere; below zero it is none."""
+    model, noise = double_design.model, np.array([1e-4, 0, 0, 0])
+    calm, moved = (
+        pl.unknown_input_observer(model, variances(model), process) for process in (None, noise)
+    )
+    assert np.abs(moved.K - calm.K).max() > 1e-3 * np.abs(calm.K).max()
+    with pytest.raises(ValueError, match="noise, process: expected variances above zero"):
+        pl.unknown_input_observer(model, variances(model), -noise)
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_unknown_input_observer_is_an_observer(rig, seed):
     model = pl.sample(pl.linearize(rig))
