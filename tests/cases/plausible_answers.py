@@ -583,11 +583,11 @@ class FirstTry(Wrapped):
     weights, R, E, push = (0.1, 100, 0, 0.01, 0.01), (0.3,), (0.9,), 0.0
 
 
-def wrapped_margin(filters=True):
+def wrapped_margin(filters=True, made=Wrapped):
     rig = pl.load("double")
     plant = pl.linearize(rig)
     model = pl.sample(pl.with_filters(plant, rig.filters) if filters else plant, 0.01)
-    return pl.margins(pl.open_loop(Wrapped(rig).inner, model)).modulus
+    return pl.margins(pl.open_loop(made(rig).inner, model)).modulus
 
 
 def score(run, by_limit=True):
@@ -1156,5 +1156,6 @@ WRONG = {
         (lambda: (Wrapped, 1, None), "least_margin"),
         (lambda: (Wrapped, 1, wrapped_margin(filters=False)), "without filters"),
         (lambda: Asleep, "more often"),
+        (lambda: (FirstTry, 1, wrapped_margin(made=FirstTry)), "by heart"),
     ],
 }

@@ -16,7 +16,7 @@ from .judging import compare, not_callable, on
 
 REST = 0.005  # rad
 BALANCED, SETTLED = 5.0, 4.0  # s
-AHEAD, STRANGERS = 5.5, 9.0  # points above the paper's controller, here and on other pendulums
+AHEAD, STRANGERS = 6.0, 13.0  # points above the paper's controller, here and on other pendulums
 OTHERS = ("first neighbour", "second neighbour", "third neighbour")
 
 
