@@ -6,6 +6,7 @@ import re
 
 import nbformat
 import pytest
+from minutes import HEADING, OPTIONAL
 from refresh_notebooks import ROOT, notebooks, settle
 
 import pendlab as pl
@@ -193,6 +194,24 @@ def unknown_names(sources):
 def test_parts_run_alone(notebook):
     for number, sources in enumerate(parts(notebook), 1):
         assert not unknown_names(sources), f"part {number}"
+
+
+def main_path(notebook):
+    """The code cells outside optional stretches."""
+    below = 9
+    for cell in notebook.cells:
+        if cell.cell_type == "code" and below == 9:
+            yield cell
+        for marks, heading in HEADING.findall(cell.source if cell.cell_type == "markdown" else ""):
+            below = 9 if len(marks) <= below else below
+            below = min(below, len(marks)) if OPTIONAL.search(heading) else below
+
+
+def test_main_path_runs_without_its_optional_stretches(notebook):
+    cells = list(main_path(notebook))
+    given = [cell.source for cell in cells if "solution" not in cell.metadata.get("tags", [])]
+    missing = unknown_names(cell.source for cell in cells)
+    assert {name for name in missing if re.search(rf"\b{name}\b", "\n".join(given))} == set()
 
 
 def test_a_part_that_needs_another_is_found_out():
