@@ -16,7 +16,7 @@ def found(value):
         text = " ".join(repr(value).split())
     except Exception:  # of somebody else's class, or a whole number of thousands of digits
         text = "<"
-    if text.startswith("<") or "\n" in text:  # an address, or a page
+    if text.startswith("<"):  # an address
         text = f"an object of type {type(value).__name__}"
     return f"found {text if len(text) <= 60 else text[:57] + '...'}"
 

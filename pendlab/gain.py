@@ -53,9 +53,7 @@ def lqr(model, Q, R):
             "bring them closer together."
         ) from None
     if not _decay(model, np.linalg.eigvals(model.A - model.B @ F)).max() < 0:
-        raise ValueError(
-            "Q, R: rounding leaves no stabilising gain for these weights; bring them together."
-        )
+        raise ValueError("Q, R: rounding leaves no stabilising gain; bring the weights together.")
     return F
 
 

@@ -38,12 +38,9 @@ def frequency_response(system, omega):
     omega = array("omega", omega, (None,))
     with np.errstate(divide="ignore", invalid="ignore"):
         response = prepared(system)(np.exp(1j * omega * system.dt) if system.dt else 1j * omega)
-    at_pole = ~np.isfinite(response).all(axis=(1, 2))
-    if at_pole.any():
-        raise ValueError(
-            f"omega: the system has a pole at {omega[at_pole][0]:g} rad/s and no response there; "
-            "leave this frequency out."
-        )
+    poles = omega[~np.isfinite(response).all(axis=(1, 2))]
+    if len(poles):
+        raise ValueError(f"omega: the system has a pole at {poles[0]:g} rad/s; leave it out.")
     return response
 
 

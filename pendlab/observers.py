@@ -136,9 +136,7 @@ def observer(model, E, T, K):
     sizes = np.maximum(np.linalg.norm(stacked / columns, axis=1), 1e-300)
     rows = stacked / columns / sizes[:, None]
     if np.linalg.svd(rows, compute_uv=False)[-1] < 1e-10:
-        raise ValueError(
-            "T: [C; T] is singular, so (7) gives no estimate; choose another member of the family."
-        )
+        raise ValueError("T: [C; T] is singular and (7) unsolvable; take another of the family.")
     inverse = np.linalg.inv(rows)
     inverse[np.abs(inverse) < 1e-14 * np.abs(inverse).max()] = 0.0
     inverse = inverse / sizes / columns[:, None]
