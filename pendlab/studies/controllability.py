@@ -121,7 +121,7 @@ def _descend(A, B, s):
         return _sigma_min(A, B, np.array([complex(*p)]))[0]
 
     simplex = [s.real, s.imag] + 0.02 * (1 + abs(s)) * np.array([[0, 0], [1, 0], [0, 1]])
-    options = dict(xatol=1e-10 * (1 + abs(s)), fatol=0, initial_simplex=simplex)
+    options = dict(xatol=1e-10 * (1 + abs(s)), fatol=1e-12, initial_simplex=simplex)
     p = minimize(at, simplex[0], method="Nelder-Mead", options=options).x
     return at(p), complex(*p)
 

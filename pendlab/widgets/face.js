@@ -16,15 +16,15 @@ function render({ model, el }) {
     model.save_changes();
   }
   const root = make("div", { class: "pendlab-face" });
-  // The front ends take arrow keys, letters and the space bar for themselves otherwise. With Control
-  // or Command held down their shortcuts stay theirs: a student saves with a slider in hand.
-  const suppress = (on) => on ? root.setAttribute("data-lm-suppress-shortcuts", "true")
-                              : root.removeAttribute("data-lm-suppress-shortcuts");
-  const modifier = (event) => event.key === "Control" || event.key === "Meta";
-  root.addEventListener("keydown", (event) => modifier(event) && suppress(false), true);
-  root.addEventListener("keyup", (event) => modifier(event) && suppress(true), true);
-  root.addEventListener("focusin", () => suppress(true));
-  suppress(true);
+  // The front ends take arrow keys, letters and the space bar for themselves; Notebook 7 does on the
+  // way down, so that only the window comes first. With Control or Command held down their shortcuts
+  // stay theirs: a student saves with a slider in hand.
+  function early(event) {
+    if (!root.contains(event.target) || event.ctrlKey || event.metaKey) return;
+    event.stopPropagation();
+    event.target.jump?.(event);
+  }
+  window.addEventListener("keydown", early, true);
   function row(control) {
     const name = control.name, note = make("small", { id: id + name + "why" });
     const label = make("label", { for: id + name }, control.label);
@@ -49,21 +49,17 @@ function render({ model, el }) {
       make("span", { class: "tick", style: `left: ${at(k)}` }, word));
     const start = make("span", { class: "start", style: `left: ${at(control.start)}`,
                                  title: "where it starts" }, "\u25b2");
-    const move = (k) => {
-      range.value = k;
-      say({ name, position: Number(range.value) });
-    };
-    range[face.continuous ? "oninput" : "onchange"] = () => say({ name, position: Number(range.value) });
+    const moved = () => say({ name, position: Number(range.value) });
+    range[face.continuous ? "oninput" : "onchange"] = moved;
     const jumps = { ArrowRight: 1, ArrowUp: 1, ArrowLeft: -1, ArrowDown: -1, PageUp: 10, PageDown: -10,
                     Home: -1e6, End: 1e6 };
-    range.onkeydown = (event) => {
+    range.jump = (event) => {
       if (!(event.key in jumps)) return;
       event.preventDefault();
-      event.stopPropagation();
-      move(Number(range.value) + jumps[event.key]);
+      range.value = Number(range.value) + jumps[event.key];
+      moved();
     };
     text.onchange = () => say({ name, text: text.value });
-    text.onkeydown = (event) => event.key === "Enter" && text.onchange();
     fields[name] = {
       show: ([position, written, spoken], mine) => {
         // While a hand is ahead of the kernel, the slider stays in the hand.
@@ -156,6 +152,7 @@ function render({ model, el }) {
     model.off("change:picture", paint);
     model.off("change:beside", accompany);
     URL.revokeObjectURL(address);
+    window.removeEventListener("keydown", early, true);
   };
 }
 export default { render };
