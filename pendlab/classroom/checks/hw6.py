@@ -16,6 +16,7 @@ from .judging import FOUND_TOO, all_right, asks, choose, compare, not_callable, 
 
 STIFFNESS = 50.0  # N m/rad, of the gearbox of tasks 1 to 4
 SECONDS, FROM = 30.0, 15.0
+FUNCTION, CYCLE = 2e-3, 0.03  # tolerances of tasks 1 and 4
 SMALLER, MARGIN, FURTHEST, SLOWEST = 0.2, 0.5, 0.05, 2.5  # share, from -1, rad, s
 
 
@@ -105,7 +106,7 @@ def exercise_1(function, rig=None):
                     "Half of it: the first harmonic is 2 times the mean of torque times cosine.",
                 ),
             ]
-            yield compare(f"N at {times:g} times half the gap", found, truth, mistakes, 2e-3)
+            yield compare(f"N at {times:g} times half the gap", found, truth, mistakes, FUNCTION)
     return "Nothing inside the gap, and nearly the whole spring far outside."
 
 
@@ -157,7 +158,7 @@ def exercise_4(answer, rig=None):
     return _measured(array("measured", answer, (2,)) / truth)
 
 
-@asks("measured (over what we measure)", tolerance=0.03, apart=True)
+@asks("measured (over what we measure)", tolerance=CYCLE, apart=True)
 def _measured(rig):
     yield [1, 1], None
     yield [2 * np.pi, 1], "The first number should be in hertz."

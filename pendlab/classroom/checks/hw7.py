@@ -67,7 +67,7 @@ def exercise_2(by_ratio, by_tilt, rig=None):
     def verdict(name, answer, values, better):
         if answer == 1 + int(np.argmin(values)):
             return Verdict(True, "Two measures, two opinions.")
-        hint = f"not link {answer}. Of this measure {better} is better; links count from 1."
+        hint = f"not link {whole(name, answer, 1, 3)}. Of this measure {better} is better; links count from 1."
         return Verdict(False, f"{name}: {hint}")
 
     return all_right(

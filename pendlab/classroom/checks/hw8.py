@@ -61,7 +61,7 @@ def exercise_2(possible, rig=None):
     truth = {pair for pair in candidates if _held_by_feedback(add_integrator(model, list(pair)))}
     try:
         found = {tuple(sorted(int(i) for i in np.atleast_1d(entry))) for entry in possible}
-    except TypeError:
+    except (TypeError, ValueError):
         yield "Expected a list of tuples such as [(0,), (1, 2)]."
     for wrong in sorted(found - set(candidates)):
         yield f"{wrong} was not among the candidates."
@@ -124,7 +124,7 @@ def exercise_4(pose, rig=None):
 
 @asks("pose", tolerance=2e-3)
 def _pose(rig):
-    yield bow(rig), None
+    yield bow(rig), "The linear model would lean a little further: its sines never bend."
     yield np.cumsum(bow(rig)), "Those are absolute angles; relative ones are asked for."
     linear = "That is the linear model's answer; at such angles sines are no longer straight lines."
     yield equilibrium(linearize(rig), BOW)[0][:3], linear
