@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 
+import control
 import numpy as np
 
 from ..._arguments import number
@@ -127,11 +128,10 @@ def exercise_4(design, rig=None):
 
 def hum_volts(design):
     """Amplitude of u1 for hum on the three angles' cables, before the sensors' filters."""
-    omega = np.array([2 * np.pi * HUM_HZ])
-    P, G = (frequency_response(s, omega)[0] for s in (-design.controller.system, design.filtered))
     cuts = np.array(design.rig.filters.output_hz)
     arriving = np.array([HUM, HUM, HUM, 0]) / (1 + 1j * HUM_HZ / cuts)
-    return float(np.abs(np.linalg.solve(np.eye(len(P)) + P @ G, P @ arriving))[0])
+    to_u = control.feedback(-design.controller.system, design.filtered)
+    return float(abs(frequency_response(to_u, 2 * np.pi * HUM_HZ)[0, 0] @ arriving))
 
 
 @on("triple", who="your name")

@@ -82,7 +82,7 @@ def compare(
 
 def _compare(name, answer, truth, mistakes, tolerance, praise, each):
     if answer is None or answer is ...:
-        return Verdict(False, f"{name} is {answer}: it has no value yet.")
+        return Verdict(False, f"{name} has no value yet.")
     truth = np.asarray(truth, dtype=complex if np.iscomplexobj(truth) else float)
     if np.iscomplexobj(answer) and not np.iscomplexobj(truth):
         return Verdict(
