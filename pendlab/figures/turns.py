@@ -116,7 +116,7 @@ def _draw_halves(ax, data, near, values, heads):
 def draw_turns(ax, data):
     """The whole curve round the critical point, its ray and numbered crossings; update(data)."""
     top = np.ceil(np.log10(np.abs(data.closed).max()))
-    _rings(ax, NEAR_CRITICAL, np.logspace(0, top, int(top) + 1), 120)
+    _rings(ax, NEAR_CRITICAL, np.logspace(0, top, int(top) + 1), 150)
     ax.plot([0], [0], **look("critical", label=f"critical point ${data.critical:g}$"))
     heads = (0.12, 0.35, 0.6, 0.85), (0.15, 0.4, 0.65, 0.88), (0.25, 0.75)
     move = _draw_halves(ax, data, NEAR_CRITICAL, lambda data: data.curve - data.critical, heads)
@@ -179,7 +179,7 @@ def _rings(ax, near, distances, down):
         ax.plot(ring.real, ring.imag, color="#CFCFCF", linewidth=0.8, zorder=0.5)
         at = np.exp(-1j * np.radians(down)) * abs(ring[0])
         ax.text(at.real, at.imag, _power(distance), fontsize=9, color=COLORS["grey"], ha="center",
-                va="center", zorder=2, bbox=dict(facecolor="white", edgecolor="none", pad=0.8))  # fmt: skip
+                va="center", zorder=3, bbox=dict(facecolor="white", edgecolor="none", pad=0.8))  # fmt: skip
     ax.plot([-1.08 * edge, 1.08 * edge], [0, 0], color=COLORS["grey"], linewidth=0.8, zorder=1)
     ax.text(1.08 * edge, 0.03 * edge, "real", ha="right", va="bottom", fontsize=9)
     ax.set(xlim=(-1.1 * edge, 1.1 * edge), ylim=(-1.1 * edge, 1.1 * edge))
