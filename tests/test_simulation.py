@@ -14,6 +14,7 @@ from scipy.linalg import expm
 
 import pendlab as pl
 from pendlab.bench import gearbox
+from pendlab.bench.many import _bar
 
 
 @dataclasses.dataclass(frozen=True)
@@ -553,6 +554,8 @@ def test_progress_bar_is_for_terminals_or_on_request(bench, capsys):
     assert capsys.readouterr() == ("", "")
     pl.simulate_many(**bench, t_end=0.1, cases=[{}, {}], progress=True)
     assert capsys.readouterr().err.endswith("2/2\n")
+    _bar(1, 4)
+    assert capsys.readouterr().err == "\r[" + 10 * "#" + 30 * "." + "] 1/4"
 
 
 @pytest.mark.parametrize("start, length", [(0.0203, 0.0004), (0.0208, 0.0005), (0.0295, 0.0032)])
