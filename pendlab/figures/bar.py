@@ -117,9 +117,9 @@ def bars(study, added=None, width=9.6, height=4.0):
     def say(data, added):
         return (
             f"The {study.rig.name} pendulum with a bar on one link: the distance gains most, "
-            f"{factor:.1f} times, from a bar of {inertia:.2g} kg m² on link {link}; the tilt that can "
-            f"be caught gains most, {tilt_factor:.1f} times, from one of {tilt_inertia:.2g} kg m² on "
-            f"link {tilt_link}.",
+            f"{factor:.1f} times, from a bar of {inertia:.2g} kg m² on link {link}; the tilt that "
+            f"can be caught gains most, {tilt_factor:.1f} times, from one of {tilt_inertia:.2g} "
+            f"kg m² on link {tilt_link}.",
             f"Three panels with logarithmic axes over the added inertia from {study.inertias[0]:g} to "
             f"{study.inertias[-1]:g} kg m^2, one curve for each link: by which factor the "
             f"singular-value ratio, the distance to uncontrollability and the largest tilt that can be "
@@ -135,8 +135,8 @@ def in_words(study, added):
     bars = ", ".join(f"{bar:.3g} on link {i}" for i, bar in enumerate(added, 1) if bar > 0)
     degrees = np.degrees(study.bare.tilt)
     return (
-        f"Bars: {bars or 'none'} (kg m²). Singular-value ratio {_times(ratio)}, distance to uncontrollability "
-        f"{_times(distance)}; the largest tilt goes from {degrees:.1f} to {tilt * degrees:.1f} degrees."
+        f"Bars: {bars or 'none'} (kg m²). Singular-value ratio {_times(ratio)}, distance to "
+        f"uncontrollability {_times(distance)}; the largest tilt goes from {degrees:.1f} to {tilt * degrees:.1f} degrees."
     )
 
 

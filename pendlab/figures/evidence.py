@@ -199,10 +199,11 @@ def cycles_figure(predicted, seen):
         # of a first harmonic of equal power
         sizes = np.sqrt(2) * np.array([run.angles[run.t >= 10.0].std(axis=0) for run in up])
         for ax, joint in zip(axes, (0, 1)):
-            ax.loglog([c.hertz for c in cycles], [max(c.joints[joint], 3e-4) for c in cycles], marker,
-                      markersize=12, markeredgewidth=2, fillstyle="none", color=COLORS[color], label=name)  # fmt: skip
-            ax.loglog(frequencies, np.maximum(sizes[:, 1 + joint], 3e-4), marker, markersize=6, alpha=0.6,
-                      color=COLORS[color])  # fmt: skip
+            told = [max(c.joints[joint], 3e-4) for c in cycles]
+            ax.loglog([c.hertz for c in cycles], told, marker, markersize=12, markeredgewidth=2,
+                      fillstyle="none", color=COLORS[color], label=name)  # fmt: skip
+            ax.loglog(frequencies, np.maximum(sizes[:, 1 + joint], 3e-4), marker, markersize=6,
+                      alpha=0.6, color=COLORS[color])  # fmt: skip
     for ax, title in zip(axes, ("θ2−θ1", "θ3−θ2")):
         ax.set(xlabel="frequency, Hz", ylabel=f"amplitude of {title}, rad", ylim=(2e-4, 2))
         ax.set_xticks((0.2, 0.5, 1, 2, 5), ("0.2", "0.5", "1", "2", "5"))

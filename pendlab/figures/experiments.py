@@ -21,7 +21,7 @@ SHOWS = {
 
 @styled()
 def experiment(number, run=None):
-    """All panels of Fig 15, 16 or 17: a given run, or the bench's ensemble and the first run of it."""
+    """All panels of Fig 15, 16 or 17: a given run, or the bench's ensemble and its first run."""
     number = str(number)
     name = next(name for name, (figures, _) in FIGURES.items() if number in figures)
     ticks = {key: ends for key, ends in tick_intervals(name).items() if key.startswith(number)}
@@ -67,8 +67,8 @@ def experiment(number, run=None):
             f"Fig {number}. In simulation, {SHOWS[number]}: {len(ticks) - len(missed)} of the "
             f"{len(ticks)} extremes lie within the tick that the printed axes allow"
             f"{' in at least half of the runs' if many else ''}: {which}.",
-            f"Panels over time in the paper's axes: {'; '.join(LABELS[panel] for panel in panels)}. "
-            f"{shown}Shaded at the edges is where each extreme must lie; hatched, where it does not.",
+            f"Panels over time in the paper's axes: {'; '.join(map(LABELS.get, panels))}. {shown}"
+            "Shaded at the edges is where each extreme must lie; hatched, where it does not.",
         )
 
     return live(fig, draw, compute, say, *runs)

@@ -28,8 +28,8 @@ class Nyquist:
     omega: np.ndarray  # (N,) rad/s
     curve: np.ndarray  # (N,) complex, the loop gain L of one input or det(I + L) of several
     critical: float  # the point to go round: -1 for L, 0 for det(I + L)
-    # (2,) where the curve meets the negative real axis (of L: left of -1) and where L meets the unit
-    # circle, each time next to the critical point; nan if nowhere
+    # (2,) where the curve meets the negative real axis (of L: left of -1) and where L meets the
+    # unit circle, each time next to the critical point; nan if nowhere
     marked_omega: np.ndarray
     marked: np.ndarray
     distance: float  # smallest distance from the critical point, and where

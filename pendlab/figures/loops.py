@@ -59,8 +59,8 @@ def whole_figure(number, design=None):
 def turns_figure(subject, name="The loop", loop_of=None):
     """The whole Nyquist curve of a sampled loop with its contour, turns counted (Figs 7, 13).
 
-    `name` begins the caption; `loop_of` gives the loop where the subject, also of ``fig.update``, is
-    something else.
+    `name` begins the caption; `loop_of` gives the loop where the subject, also of ``fig.update``,
+    is something else.
     """
     fig = new_figure(9, 5.95, layout=None)
     left, right = (fig.add_axes((x / 9, 1.3 / 5.95, 4.3 / 9, 4.3 / 5.95)) for x in (0.1, 4.6))

@@ -6,7 +6,7 @@ from .style import angle_name
 
 
 def _readings(curve):
-    """(state, gain down, gain up, phase, distance) of a `Nyquist` curve as text, "" where none is."""
+    """(state, gain down, gain up, phase, distance) of a `Nyquist` curve as text, "" for none."""
     if not curve.count.stable:
         return f"UNSTABLE, {curve.count.unstable_closed}", "", "", "", ""
     m, near = curve.margins, f"{curve.distance:.3g}"

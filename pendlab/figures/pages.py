@@ -190,7 +190,7 @@ def triple_page(design, simulate):
 
 
 def page(views, compute, say, design, legend):
-    """A live figure of square views side by side: (title, key of its data, draw, arguments of draw).
+    """A live figure of square views side by side: (title, key of its data, draw, its arguments).
 
     `legend` are the views whose curves the legend names.
     """

@@ -94,7 +94,7 @@ UNDER = dict(loc="upper center", bbox_to_anchor=(0.5, 0.01), frameon=False)  # t
 
 
 def _draw_halves(ax, data, near, values, heads):
-    """`values(data)` of the upper half and their conjugates; `heads`: where arrowheads go on each."""
+    """`values(data)` of the upper half and their conjugates; arrowheads at `heads` of each."""
     arrows = [arrowheads(ax, len(at), look["color"]) for at, look in zip(heads, HALVES)]
 
     def pieces(data):

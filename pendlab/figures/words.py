@@ -41,12 +41,13 @@ def of_turns(data, name):
     if closed:
         verdict = f"but {poles} open-loop poles are unstable, so {closed} closed-loop poles are too"
     arc = (
-        " The contour passes the integrator at z = 1 on the outside; that small arc becomes the far "
-        "one that closes the curve."
+        " The contour passes the integrator at z = 1 on the outside; that small arc becomes the "
+        "far one that closes the curve."
     )
+    arc = arc if data.integrators else ""
     radii = ", ".join(f"{r:.3g}" for r in np.sort(data.ray[1]))
     return (
-        f"{name} makes {times(turns)} anticlockwise about {data.critical:g}, {verdict}.{arc if data.integrators else ''}",
+        f"{name} makes {times(turns)} anticlockwise about {data.critical:g}, {verdict}.{arc}",
         f"Two panels on logarithmic distances. Left: the contour, once anticlockwise round the unit "
         f"circle seen from z = 1, with {poles} unstable open-loop poles outside it. Right: its image "
         f"round the critical point {data.critical:g}, both conjugate halves with arrows; a ray from "
@@ -112,8 +113,8 @@ def _turns_at_input_2(nominal, design):
         return f"{text}."
     slow = opened[np.argmin(np.abs(opened - 1))].real
     return (
-        f"{text}: {from_states} for the poles that feeding the states back to input 1 leaves unstable, "
-        f"and a slow one for the integrator, whose pole that loop moves out to {slow:.7f}."
+        f"{text}: {from_states} for the poles that feeding the states back to input 1 leaves "
+        f"unstable, and a slow one for the integrator, whose pole that loop moves out to {slow:.7f}."
     )
 
 
