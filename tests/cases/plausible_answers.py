@@ -499,11 +499,19 @@ def play_of_gear(a, whole=1):
 
 
 def at_gear(omega):
-    return hw6.at_the_gear(hw6.reference(own()), omega)
+    return hw6.at_the_gear(hw6.reference(own()), omega)[0]
 
 
 def cycle():
-    return np.array(hw6.prediction(hw6.reference(own()), hw6.gap(own()) / 2, 50.0))
+    """From the equations of the task: Im W = 0, then N(a) = -1/W."""
+
+    def W(w):
+        return hw6.at_the_gear(hw6.reference(own()), np.array([w]))
+
+    w = brentq(lambda w: W(w)[0].imag[0], 20, 40)
+    needed = -1 / W(w)[0].real[0]
+    a = brentq(lambda a: play_of_gear(a) - needed, 0.6 * hw6.gap(own()), 10 * hw6.gap(own()))
+    return np.array([w / (2 * np.pi), a, abs(W(w)[1][0]) * needed * a])
 
 
 def carried(link, inertia, mass, height, steiner=True):
@@ -1077,8 +1085,11 @@ WRONG = {
         (lambda: stiff_gear, "nothing touches"),
     ],
     "hw6.2": [
-        (lambda: lambda w: at_gear(w) - hw6.links(own(), w)[:, 1], "moves under the torque"),
-        (lambda: lambda w: 2 - hw6.at_the_gear(hw6.reference(own()), w), "look again"),
+        (
+            lambda: lambda w: at_gear(w) - hw6.at_the_gear(hw6.reference(own()), w)[1],
+            "moves under the torque",
+        ),
+        (lambda: lambda w: 2 - at_gear(w), "look again"),
     ],
     "hw6.3": [
         (lambda: ([29.0, 0.044, 0.054], "stable"), "predicted"),

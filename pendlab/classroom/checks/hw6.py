@@ -3,14 +3,12 @@
 from dataclasses import replace
 
 import numpy as np
-from scipy.optimize import brentq
 
 from ..._arguments import array, number
 from ...bench.gearbox import bench_imperfections
 from ...bench.imperfections import Imperfections
 from ...bench.simulation import simulate
-from ...loop import frequency_response
-from ...models import linearize
+from ...studies.describing import at_the_gears, limit_cycles, play
 from .acceptance import fallen, reference, slow, small_margins, unstable, wrong_design
 from .judging import FOUND_TOO, all_right, asks, choose, compare, not_callable, on
 
@@ -24,42 +22,16 @@ def gap(rig):
     return bench_imperfections(rig).gap[0]
 
 
-def dead_zone(a, half, stiffness):
-    """Describing function of a spring with play: first harmonic of the torque over amplitude a."""
-    ratio = half / np.maximum(a, half)
-    return stiffness * (1 - 2 / np.pi * (np.arcsin(ratio) + ratio * np.sqrt(1 - ratio**2)))
-
-
-def links(rig, omega):
-    """From a torque at hinge 2 to the outputs, the motor taken away."""
-    free = replace(rig.motors[0], damping=0.0, inertia=0.0, gain=1.0)
-    return frequency_response(linearize(replace(rig, motors=(free,))), omega)[:, :, 0]
-
-
 def at_the_gear(design, omega):
-    """W of delta = -W tau: twist of the gear over the torque that it passes on."""
-    rig, motor = design.rig, design.rig.motors[0]
-    s = 1j * np.atleast_1d(omega)
-    hold = (1 - np.exp(-s * design.dt)) / (s * design.dt)
-    f_in = 1 / (1 + s / (2 * np.pi * rig.filters.input_hz[0]))
-    f_out = 1 / (1 + s[:, None] / (2 * np.pi * np.array(rig.filters.output_hz)))
-    P = -frequency_response(design.controller.system, s.imag)[:, 0]
-    G = links(rig, s.imag)
-    to_torque = motor.gain * f_in * hold * (P * f_out * G).sum(axis=1)
-    return (1 + to_torque) / (motor.inertia * s**2 + motor.damping * s) + G[:, 1]
+    """W of delta = -W tau, the twist that the gear's torque answers to, and the joint's part of it."""
+    tables = at_the_gears(design.controller, design.rig, omega)
+    joint, drive = (table[:, 0, 0] for table in tables)
+    return joint - drive * rotor(design.rig, omega), joint
 
 
-def prediction(design, half, stiffness):
-    """(Hz, amplitude of the twist, amplitude of theta2 - theta1) or None without a limit cycle."""
-    omega = np.geomspace(3.0, 0.9 * np.pi / design.dt, 3000)
-    imaginary = at_the_gear(design, omega).imag
-    for i in np.flatnonzero(np.sign(imaginary[:-1]) != np.sign(imaginary[1:])):
-        w = brentq(lambda w: at_the_gear(design, w).imag[0], omega[i], omega[i + 1])
-        needed = -1 / at_the_gear(design, w).real[0]
-        if 0 < needed < stiffness:
-            a = brentq(lambda a, N: dead_zone(a, half, stiffness) - N, half, 1e4 * half, (needed,))
-            return w / (2 * np.pi), a, abs(links(design.rig, w)[0, 1]) * needed * a
-    return None
+def rotor(rig, omega):
+    motor, s = rig.motors[0], 1j * omega
+    return 1 / (motor.inertia * s**2 + motor.damping * s)
 
 
 def measured(run):
@@ -88,26 +60,25 @@ def soft_gear(rig):
 def exercise_1(function, rig=None):
     """The describing function of play."""
     yield not_callable(function, "your function N(a)")
-    half = gap(rig) / 2
+    width = gap(rig)
     for times in (0.5, 1.0, 1.02, 1.3, 2.0, 5.0, 50.0):
-        found = number("N(a)", float(np.real(function(times * half))))
-        truth = float(dead_zone(times * half, half, STIFFNESS))
+        amplitude = times * width / 2
+        found = number("N(a)", float(np.real(function(amplitude))))
+        truth = play(amplitude, width, STIFFNESS)
         if truth == 0 and abs(found) > 1e-6 * STIFFNESS:
             yield "Inside the gap nothing touches: N is 0 there."
         if truth > 0:
-            mistakes = [
-                (STIFFNESS - truth, "That is what the dead zone takes; the spring keeps the rest."),
-                (
-                    float(dead_zone(times * half, 2 * half, STIFFNESS)),
-                    "The play is the gap from side to side; contact begins at half of it.",
-                ),
-                (
-                    truth / 2,
-                    "Half of it: the first harmonic is 2 times the mean of torque times cosine.",
-                ),
-            ]
-            yield compare(f"N at {times:g} times half the gap", found, truth, mistakes, FUNCTION)
+            mistakes = _of_play(amplitude, width, truth)
+            yield compare(f"N at {times:g} times half the gap", found, truth, mistakes, 2e-3)
     return "Nothing inside the gap, and nearly the whole spring far outside."
+
+
+def _of_play(amplitude, width, truth):
+    yield STIFFNESS - truth, "That is what the dead zone takes; the spring keeps the rest."
+    wide = "The play is the gap from side to side; contact begins at half of it."
+    yield play(amplitude, 2 * width, STIFFNESS), wide
+    half = "Half of it: the first harmonic is 2 times the mean of torque times cosine."
+    yield truth / 2, half
 
 
 @on("double", who="your name")
@@ -115,9 +86,8 @@ def exercise_2(function, rig=None):
     """What the gear feels of the rest, W(omega)."""
     yield not_callable(function, "your function W(omega)")
     omega = np.array([2.0, 10.0, 30.0, 80.0])
-    truth = at_the_gear(reference(rig), omega)
-    G, motor, s = links(rig, omega)[:, 1], rig.motors[0], 1j * omega
-    alone = 1 / (motor.inertia * s**2 + motor.damping * s) + G
+    truth, G = at_the_gear(reference(rig), omega)
+    alone = rotor(rig, omega) + G
     mistakes = [
         (truth - G, "The twist is rotor minus link: the link moves under the torque too."),
         (alone, "That is the gear without controller: u answers what y does."),
@@ -141,7 +111,8 @@ def exercise_3(found, stability, rig=None):
 
 @asks("predicted", apart=True, each=True)  # hertz and radians
 def _predicted(rig):
-    truth = np.array(prediction(reference(rig), gap(rig) / 2, STIFFNESS))
+    (cycle,) = limit_cycles(reference(rig), soft_gear(rig))
+    truth = np.array([cycle.hertz, *cycle.twists, *cycle.joints])
     yield truth, None
     yield truth * [2 * np.pi, 1, 1], "The first number should be in hertz."
     third = (
