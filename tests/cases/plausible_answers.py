@@ -1029,6 +1029,7 @@ WRONG = {
         (lambda: process_noise(1e4), "modulus margin at input 1"),
     ],
     "hw3.5": [
+        (lambda: Pilot, "Expected an object with step"),
         (lambda: Pilot("wanted"), "which one did the motor get"),
         (lambda: Pilot(integrates=0.0), "where is w"),
         (lambda: Pilot(integrates=-1.0), "w again"),

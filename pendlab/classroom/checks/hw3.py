@@ -160,7 +160,7 @@ def exercise_4(W, rig=None):
 def exercise_5(controller, rig=None):
     """A filter on the pendulum, with limits, integrator and memory where they belong."""
     design = reference(rig, KP)
-    if not callable(getattr(controller, "step", None)):
+    if isinstance(controller, type) or not callable(getattr(controller, "step", None)):
         yield f"Expected an object with step(state, y, y_ref), {found(controller)}."
     yield remembers_in_self(controller, np.zeros(6), np.array([1e-3, -2e-3, 1e-3, 0.0]), 2)
     calm = simulate(rig, controller, 6, [LEAN, 0, 0], imperfections=REAL, dt=design.dt)
