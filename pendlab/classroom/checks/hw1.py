@@ -93,7 +93,7 @@ def exercise_4(design, rig=None):
     if PASS / design.dt > LOAD + 1e-9:
         yield (
             f"One pass takes 1 ms, so at dt = {1000 * design.dt:.3g} ms the computer is busy "
-            f"{PASS / design.dt:.0%} of the time; at most {LOAD:.0%} is allowed."
+            f"{PASS / design.dt:.1%} of the time; at most {LOAD:.0%} is allowed."
         )
     seen = abs(HUM_HZ - round(HUM_HZ * design.dt) / design.dt)
     if seen < LOWEST:
@@ -106,13 +106,13 @@ def exercise_4(design, rig=None):
     if smoothing < SMOOTHING:
         yield (
             f"The faster motor filter weakens the staircase's {1 / design.dt:.4g} Hz by a factor "
-            f"of {smoothing:.2f} only; {SMOOTHING} is asked for."
+            f"of {smoothing:.4g} only; {SMOOTHING} is asked for."
         )
     passed = np.hypot(1, HUM_HZ / max(filters.output_hz))
     if passed < WEAKENED:
         yield (
             f"The fastest sensor filter weakens the hum's {HUM_HZ:g} Hz by a factor of "
-            f"{passed:.2f} only; {WEAKENED:g} is asked for: behind the sampler nobody can tell it "
+            f"{passed:.4g} only; {WEAKENED:g} is asked for: behind the sampler nobody can tell it "
             "from a motion."
         )
     yield unstable(design.filtered_loop)
