@@ -68,6 +68,8 @@ def lab(tmp_path_factory):
     kernel = {"display_name": "Python 3 (ipykernel)", "language": "python", "name": "python3"}
     notebook = nbformat.v4.new_notebook(cells=cells, metadata={"kernelspec": kernel})
     nbformat.write(notebook, home / "widgets.ipynb")
+    notebook.cells = cells[:1]
+    nbformat.write(notebook, home / "seven.ipynb")
     start = nbformat.read(ROOT / "notebooks" / "00_start_here.ipynb", as_version=4)
     for cell in start.cells:
         if cell.cell_type == "code":  # what the page shows then must come from running it
@@ -360,6 +362,24 @@ def test_live_panels_keep_nobody_out(widgets):
     page, _ = widgets
     assert barriers(page, ".pendlab-face") == []
     assert barriers(page, allowed=OF_LAB) == []
+
+
+def test_arrow_keys_move_a_slider_in_notebook_7_too(browser, lab):
+    """It takes them for its cells before a page's own listeners hear of them."""
+    page = browser.new_page(viewport=LAB_PC)
+    page.goto(f"{lab.removesuffix('/lab/workspaces')}/notebooks/seven.ipynb?token=lab")
+    page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']", timeout=60_000)
+    page.click(".jp-Notebook .cm-content")
+    page.keyboard.press("Control+Enter")
+    page.wait_for_selector(".pendlab-face", timeout=180_000)
+    settled(page)
+    face = page.locator(".pendlab-face")
+    slider = face.locator("input[type=range]").first
+    here = int(slider.input_value())
+    for key, way in (("ArrowRight", 1), ("ArrowDown", 0)):
+        pressed(page, face, slider, key)
+        assert int(slider.input_value()) == here + way
+    page.close()
 
 
 def test_browser_has_nothing_to_complain_about(widgets):
