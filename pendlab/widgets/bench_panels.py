@@ -75,7 +75,7 @@ def bench_panel(name="triple"):
             "Traces: what the computer reads and sends. Right: the pendulum in real time.",
         ),
         presets={
-            "Bench": {name: start[name] for name in start},
+            "Bench": dict(start),
             "Ideal rig": dict.fromkeys(switches, False),
             "A push": push,
         },

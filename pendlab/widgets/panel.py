@@ -23,7 +23,6 @@ from .notebook import KEYS, close_all, running_cell, weakly
 from .parts import Choice, Slider, Switch, View
 
 SLOW = 0.4  # s; updates that take longer announce themselves
-WIDTH = 1120  # px; what JupyterLab leaves of a 1366 px screen
 REST = 1.0  # s after the last move until the page's stored picture follows
 _CANNOT = (ValueError, ArithmeticError, np.linalg.LinAlgError)
 
@@ -62,8 +61,6 @@ class Panel:
         continuous=True,
         first=None,
     ):
-        if not isinstance(view, View):
-            raise TypeError(f"view: expected a pl.View, {found(view)}.")
         if not isinstance(controls, (dict, list, tuple)):
             raise TypeError(f"controls: expected a list of pl.Slider, ..., {found(controls)}.")
         groups = controls if isinstance(controls, dict) else {"More": controls}
@@ -358,12 +355,15 @@ def _lines(legend):
 def _groups(groups, first):
     """What the page shows of the controls: first those in sight, then the rest by heading."""
     by_name = {control.name: control for group in groups.values() for control in group}
-    shown = [{"heading": "", "controls": [_told(by_name[name]) for name in first]}]
-    for heading, group in groups.items():
-        rest = [_told(control) for control in group if control.name not in first]
-        if rest:
-            shown.append({"heading": heading, "controls": rest})
-    return shown
+    shown = [("", [by_name.pop(name) for name in first])]
+    shown += [
+        (heading, [c for c in group if c.name in by_name]) for heading, group in groups.items()
+    ]
+    return [
+        {"heading": heading, "controls": [_told(control) for control in group]}
+        for k, (heading, group) in enumerate(shown)
+        if group or not k
+    ]
 
 
 def _told(control):
