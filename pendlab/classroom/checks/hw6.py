@@ -23,7 +23,7 @@ def gap(rig):
 
 
 def at_the_gear(design, omega):
-    """W of delta = -W tau, the twist that the gear's torque answers to, and the joint's part of it."""
+    """W of delta = -W tau, the twist over the gear's torque, and the joint's part of it."""
     tables = at_the_gears(design.controller, design.rig, omega)
     joint, drive = (table[:, 0, 0] for table in tables)
     return joint - drive * rotor(design.rig, omega), joint
