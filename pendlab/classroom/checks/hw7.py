@@ -67,8 +67,8 @@ def exercise_2(by_ratio, by_tilt, rig=None):
     def verdict(name, answer, values, better):
         if answer == 1 + int(np.argmin(values)):
             return Verdict(True, "Two measures, two opinions.")
-        hint = f"not link {whole(name, answer, 1, 3)}. Of this measure {better} is better; links count from 1."
-        return Verdict(False, f"{name}: {hint}")
+        said = f"{name}: not link {whole(name, answer, 1, 3)}."
+        return Verdict(False, f"{said} Of this measure {better} is better; links count from 1.")
 
     return all_right(
         verdict("by_ratio", by_ratio, [m.ratio for m in measures], "less"),
