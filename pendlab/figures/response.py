@@ -33,14 +33,14 @@ def controller_gains(controller, points=200):
 
 def draw_gains(ax, data, frame):
     """Gains over frequency, both logarithmic; returns update(data) -> moved artists."""
-    names = [angle_name(i + 1) for i in range(data.gains.shape[1] - 1)] + ["rate"]
+    angles = [look(angle_name(i + 1)) for i in range(data.gains.shape[1] - 1)]
     ax.set(xscale="log", yscale="log", xlim=data.hz[[0, -1]], ylim=frame)
     ax.set(xlabel="frequency, Hz", ylabel="gain, V/rad and V/(rad/s)")
 
     def curves(data):
         return [(data.hz, gain) for gain in data.gains.T]
 
-    return follow(ax, [look(name) for name in names], data, curves)
+    return follow(ax, [*angles, look("rate", linestyle=":")], data, curves)
 
 
 @dataclass(frozen=True)
