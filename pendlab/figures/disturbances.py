@@ -40,6 +40,8 @@ def draw_transmission(ax, hz, looks, data):
     update(data).
     """
     strokes = STROKES[: len(data[0])]
+    widths = np.linspace(3.2, 1.2, len(looks))  # told apart without colour, and where they coincide
+    looks = [{**look, "linewidth": width} for look, width in zip(looks, widths)]
     ax.set(xscale="log", yscale="log", xlabel="frequency, Hz", xlim=(hz[0], hz[-1]))
     styles = [{**look, "linestyle": stroke} for stroke in strokes for look in looks]
 
