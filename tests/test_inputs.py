@@ -95,6 +95,11 @@ def test_disturbances_become_rows():
 # ---- Imperfections
 
 
+def test_all_is_off_by_default():
+    laws = ("contact_stiffness", "contact_damping", "presliding", "start_torque_time")
+    assert not any(v for name, v in vars(pl.Imperfections()).items() if name not in laws)
+
+
 @pytest.mark.parametrize("name", ["presliding", "start_torque_time"])
 def test_least_of_what_is_divided_by(name):
     assert getattr(pl.Imperfections(**{name: 1e-9}), name) == 1e-9

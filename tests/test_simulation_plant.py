@@ -170,6 +170,45 @@ def test_dry_friction_saturates_at_its_torque_and_opposes_motion():
         assert not np.allclose(held, f(x, none))
 
 
+@pytest.mark.parametrize("gap", [0.0, 0.05])
+def test_dry_contacts_are_dragged_along_no_further_than_they_reach(gap):
+    """Of a gear with play the rotor's contact, else the joint's; where there is no friction, none."""
+    rig, rng = rig_of(3, 2), np.random.default_rng(1)
+    dry = dict(hinge_friction=(0.3, 0.0, 0.2), gear_friction=(0.1, 0.0))
+    plant = plant_numbers(rig, pl.Imperfections(gap=gap, presliding=0.1, **dry))
+    for _ in range(20):
+        x, anchor = rng.standard_normal(14), rng.standard_normal(5)
+        relative = np.diff(x[:3], prepend=0.0)
+        contacts = np.concatenate([relative, x[6:8] if gap else relative[1:]])
+        dragged = np.where([1, 0, 1, 1, 0], np.clip(anchor, contacts - 0.1, contacts + 0.1), anchor)
+        load_kernel(3, 2).drag(x, anchor, plant)
+        np.testing.assert_allclose(anchor, dragged, rtol=1e-12)
+
+
+def test_readings_are_filtered_then_spoiled_then_rounded():
+    kernel, rng = load_kernel(3, 2), np.random.default_rng(2)
+    quantum, w_out = np.array([0.1, 0.0, 0.3, 0.2]), np.array([0.0, 5.0, 0.0, 0.0])
+    for cut in (w_out, 5.0 - w_out):
+        x, error, y = rng.standard_normal(14), rng.standard_normal(4), np.zeros(4)
+        true = np.append(np.diff(x[:3], prepend=0.0), x[3])
+        expected = np.where(cut > 0, x[10:], true) + error
+        rounded = quantum * np.floor(expected / np.where(quantum, quantum, 1) + 0.5)
+        kernel.read(x, error, quantum, cut, y)
+        np.testing.assert_allclose(y, np.where(quantum > 0, rounded, expected), rtol=1e-12)
+
+
+def test_a_pulse_counts_by_its_share_of_the_step():
+    """From 0.2 s to 0.5 s 2 N m on link 2, from 0.3 s on 1 N m on link 1, besides 4 and 5 N m held."""
+    kernel, load = load_kernel(2, 1), np.zeros(2)
+    pulses = np.array([[1, 0.2, 0.5, 2.0], [0, 0.3, 9.0, 1.0]])
+    for t, h, shares in [
+        (0.0, 0.2, (0, 0)), (0.1, 0.2, (0, 0.5)), (0.1, 0.8, (0.75, 0.375)), (0.25, 0.1, (0.5, 1)),
+        (0.4, 0.2, (1, 0.5)), (0.5, 0.1, (1, 0)),
+    ]:  # fmt: skip
+        kernel.mean_load(t, h, pulses, load, np.array([4.0, 5.0]))
+        np.testing.assert_allclose(load, [4 + shares[0], 5 + 2 * shares[1]], atol=1e-12)
+
+
 def test_inner_step_follows_the_fastest_motion():
     rig = pl.load("triple")
     ideal, stiff = pl.Imperfections(), pl.Imperfections(gap=0.05, contact_stiffness=1e4)
