@@ -264,4 +264,4 @@ def legend_below(fig, *axes):
                 entries.setdefault(label, handle)
     columns = len(entries) if len(entries) <= 8 else (len(entries) + 1) // 2
     fig.legend(entries.values(), entries.keys(), loc="outside lower center", ncols=columns,
-               handlelength=1.5, columnspacing=1.4, fontsize=9)  # fmt: skip
+               handlelength=2.4, columnspacing=1.2, fontsize=9)  # fmt: skip
