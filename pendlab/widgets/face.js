@@ -86,7 +86,7 @@ function render({ model, el }) {
   const [first, ...folds] = face.groups.map(({ heading, controls }) => {
     // One width for the labels, so that the sliders stand below each other.
     const longest = Math.max(...controls.map((control) => control.label.length));
-    const style = `--label: ${1 + 0.8 * Math.min(longest, 26)}ch`;
+    const style = `--label: ${1 + 0.85 * Math.min(longest, 26)}ch`;
     const grid = make("div", { class: "grid", style }, ...controls.map(row));
     return heading ? make("details", {}, make("summary", {}, heading), grid) : grid;
   });
