@@ -13,7 +13,7 @@ import pytest
 import pendlab as pl
 from pendlab.bench import generated
 from pendlab.bench.generated import load_kernel
-from pendlab.bench.plant import fastest_rate, integration, plant_numbers
+from pendlab.bench.plant import _state, fastest_rate, integration, plant_numbers
 from pendlab.bench.tuples import State
 
 
@@ -168,6 +168,15 @@ def test_dry_friction_saturates_at_its_torque_and_opposes_motion():
         loaded, _ = slopes(rig, pl.Imperfections(), x, load=load)
         np.testing.assert_allclose(held, loaded, rtol=1e-11, atol=1e-11)
         assert not np.allclose(held, f(x, none))
+
+
+def test_a_run_starts_with_gears_amid_their_play_and_filters_settled():
+    angles, rates = np.array([0.1, -0.2, 0.4]), np.array([1.0, 2.0, -5.0])
+    state = _state(np.concatenate([angles, rates]), 3, 2)
+    readings = [*angles, rates[0]]
+    parts = np.cumsum(angles), np.cumsum(rates), angles[1:], rates[1:], readings
+    np.testing.assert_array_equal(state.x, np.concatenate(parts))
+    np.testing.assert_array_equal(state.anchor, [*angles, *angles[1:]])
 
 
 @pytest.mark.parametrize("gap", [0.0, 0.05])
