@@ -144,9 +144,8 @@ def without_solutions(notebook):
 
 def _clear(cell):
     """Nothing hidden, no word for the marker, nothing folded; checks are locked."""
-    cell["source"] = _named(
-        cell, paper.replace, cell["source"], paper.BEGIN_HIDDEN, paper.END_HIDDEN
-    )
+    hidden = paper.BEGIN_HIDDEN, paper.END_HIDDEN
+    cell["source"] = _named(cell, paper.without, cell["source"], *hidden)
     notes = cell["metadata"].get("pendlab", {})
     for key in set(notes) - TOLD:
         del notes[key]

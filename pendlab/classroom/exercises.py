@@ -73,7 +73,11 @@ def exercises(notebook):
         exercise = found.setdefault(key, Exercise(f"{part['unit']}.{part['number']}"))
         if part["role"] == "task":
             exercise.task = cell["id"]
-            _describe(exercise, cell["metadata"].get("pendlab", {}))
+            notes = cell["metadata"].get("pendlab", {})
+            exercise.name = notes.get("exercise", exercise.name)
+            exercise.minutes = notes.get("minutes")
+            exercise.points = notes.get("points", exercise.points)
+            exercise.by_hand = notes.get("by_hand", 0)
         elif part["role"] == "solution":
             exercise.solutions.append(cell["id"])
             if cell["cell_type"] == "markdown":
@@ -85,13 +89,6 @@ def exercises(notebook):
             exercise.by_hand = exercise.points
             exercise.written = exercise.written or exercise.solutions[:1]
     return list(found.values())
-
-
-def _describe(exercise, notes):
-    exercise.name = notes.get("exercise", exercise.name)
-    exercise.minutes = notes.get("minutes")
-    exercise.points = notes.get("points", exercise.points)
-    exercise.by_hand = notes.get("by_hand", 0)
 
 
 def marking(path):
@@ -131,12 +128,11 @@ def region(source, begin=BEGIN_SOLUTION, end=END_SOLUTION):
     return regions
 
 
-def replace(source, begin, end, stub=""):
-    """The source with each marked region replaced by `stub`, indented as its first marker."""
+def without(source, begin, end):
+    """The source without its marked regions."""
     lines = source.splitlines()
     for first, last in reversed(region(source, begin, end)):
-        indent = lines[first][: len(lines[first]) - len(lines[first].lstrip())]
-        lines[first : last + 1] = [indent + stub] if stub else []
+        del lines[first : last + 1]
     return "\n".join(lines)
 
 
