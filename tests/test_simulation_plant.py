@@ -109,6 +109,18 @@ def test_links_swing_free_inside_the_gap():
     np.testing.assert_allclose(dw, expected, rtol=1e-12)
 
 
+@pytest.mark.parametrize("strain", [-5e-3, -4e-4, 4e-4, 5e-3])
+def test_dry_friction_of_a_gear_acts_on_the_rotor_inside_the_gap(strain):
+    rig = rig_of(3, 2)
+    on = pl.Imperfections(gap=0.05, gear_friction=(0.3, 0.2), presliding=1e-3)
+    x, rotor, u = np.array([0.1, -0.2, 0.3, 0, 0, 0]), np.array([-0.19, 0.29]), np.array([5.0, -4])
+    anchor = np.concatenate([np.zeros(3), rotor - strain])
+    _, dw = slopes(rig, on, x, rotor=rotor, volts=u, anchor=anchor)
+    friction = np.array([0.3, 0.2]) * np.clip(strain / 1e-3, -1, 1)
+    gains, inertias = np.array([(motor.gain, motor.inertia) for motor in rig.motors]).T
+    np.testing.assert_allclose(dw, (gains * u - friction) / inertias, rtol=1e-10)
+
+
 def test_contact_pushes_by_its_law_and_never_pulls():
     rig, rng = rig_of(2, 1), np.random.default_rng(0)
     k, d, half = 300.0, 0.5, 0.025
