@@ -50,7 +50,7 @@ def refreshed():
                 )
         title = notebook.cells[0]
         title.source = re.sub(
-            r"(\*\*Time:?\*\*(?: \|)? )[^.\n]*\.",
+            r"(\*\*Time:?\*\* )[^.\n]*\.",
             rf"\g<1>{_time(stem, notebook, beside)}.",
             title.source,
         )

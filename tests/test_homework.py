@@ -33,7 +33,7 @@ def test_says_goal_time_and_theory(homework):
     title = homework.cells[0].source
     for word in ("**Goal**", "**Theory**", "**Time**", "(../00_start_here.ipynb)"):
         assert word in title
-    minutes = int(re.search(r"\*\*Time\*\* \| (\d+) minutes", title)[1])
+    minutes = int(re.search(r"\*\*Time\*\* (\d+) minutes", title)[1])
     tasks = paper.exercises(homework)
     assert 60 <= minutes <= 120
     assert 3 <= len(tasks) <= 5

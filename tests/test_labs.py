@@ -133,7 +133,7 @@ def test_optional_stretches_are_short(stem):
 def test_every_homework_tells_the_minutes_that_it_needs():
     for path in (FOLDER / "homework").glob("*.ipynb"):
         homework = nbformat.read(path, as_version=4)
-        told = int(re.search(r"\*\*Time\*\* \| (\d+) minutes", homework.cells[0].source)[1])
+        told = int(re.search(r"\*\*Time\*\* (\d+) minutes", homework.cells[0].source)[1])
         tasks = sum(task.minutes for task in paper.exercises(homework))
         assert abs((needed(homework)[1] + tasks) / told - 1) <= 0.2, path.stem
 
