@@ -6,7 +6,6 @@ artists' data, so that a slider can drive them.
 """
 
 from dataclasses import dataclass
-from itertools import repeat
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from .picture import follow
 from .sketch import frame_plane, unit_circle, zero_lines
 from .style import COLORS, look
 
+LOOKS = [look("nominal", label="without filters"), look("filters")]  # of one loop's curves
 HZ = 2 * np.pi  # rad/s in one hertz
 CRITICAL = {1: -1.0}  # of the loop gain with one input; 0 of det(I + P G) with several
 
@@ -68,28 +68,6 @@ def _curve(loop, omega):
     return L[:, 0, 0] if loop.ninputs == 1 else np.linalg.det(np.eye(loop.ninputs) + L)
 
 
-def draw_nyquist(ax, curves, looks, frame, paper=None, zoom=None):
-    """`draw_loops` with the crossings listed in a legend below; returns update(curves, paper=None).
-
-    `paper` has for each curve the printed frequencies (real axis, unit circle), Hz, to stand beside
-    ours.
-    """
-    move = draw_loops(ax, curves, looks, frame, zoom)
-    meets = "▼ meets the real axis"
-    if curves[0].critical == -1.0:
-        meets += "   ● meets the unit circle"
-    texts = ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.12), title=meets, frameon=False,
-                      title_fontsize=10, alignment="left").get_texts()  # fmt: skip
-
-    def update(curves, paper=None):
-        move(curves)
-        for text, style, data, beside in zip(texts, looks, curves, paper or repeat((None, None))):
-            text.set_text(f"{style['label']}: {_crossings(data, beside)}")
-
-    update(curves, paper)
-    return update
-
-
 def draw_loops(ax, curves, looks, frame, zoom=None):
     """Nyquist curves near the critical point; returns update(curves) -> moved artists.
 
@@ -136,16 +114,6 @@ def _inset(ax, critical, box, half):
     return inset
 
 
-def _crossings(data, beside):
-    """What the legend says of one curve's marks, with the printed numbers beside ours."""
-    words = [
-        f"{sign} {omega / HZ:.2f} Hz" + ("" if printed is None else f" (paper {printed:.2f})")
-        for sign, omega, printed in zip("▼●", data.marked_omega, beside, strict=True)
-        if np.isfinite(omega)
-    ]
-    return "   ".join(words) or "no crossing"
-
-
 @dataclass(frozen=True)
 class SmallestSingularValue:
     """Smallest singular value of I + L up to pi/dt, its lowest value and where."""
@@ -173,38 +141,22 @@ def decibels(ratio):
     return 20 * np.log10(ratio)
 
 
-def draw_sigma_min(ax, curves, looks, frame, listed=True):
+def draw_sigma_min(ax, curves, looks, frame):
     """Smallest singular values in dB over Hz, their lowest points and the Nyquist frequency.
 
-    In a frame ((lowest, highest) Hz, (lowest, highest) dB); words tell the lowest points and the
-    Nyquist frequency where `listed`. Returns update(curves) -> moved artists.
+    In a frame ((lowest, highest) Hz, (lowest, highest) dB). Returns update(curves) -> moved artists.
     """
     zero_lines(ax, "x")
-    grey = COLORS["grey"]
-    end = ax.axvline(1, color=grey, linestyle="-.", linewidth=1.0)
-    note = ax.text(
-        1, frame[1][0], "", ha="right", va="bottom", rotation=90, fontsize=10, color=grey
-    )
     ax.set(xscale="log", xlim=frame[0], ylim=frame[1])
     ax.set(xlabel="frequency in Hz", ylabel="smallest singular value in dB")
     dot = dict(marker="o", linestyle="none", markeredgecolor="white", markersize=7, zorder=6)
     lowest = [{**dot, "color": style["color"]} for style in looks]
+    end = dict(color=COLORS["grey"], linestyle="-.", linewidth=1.0)
 
     def points(curves):
+        top = curves[0].omega[-1] / HZ
+        yield [top, top], frame[1]
         yield from ((data.omega / HZ, decibels(data.sigma)) for data in curves)
         yield from (([data.lowest_omega / HZ], [decibels(data.lowest)]) for data in curves)
 
-    move = follow(ax, [*looks, *lowest], curves, points)
-    texts = ax.legend(loc="lower left").get_texts() if listed else []
-
-    def update(curves):
-        top = curves[0].omega[-1] / HZ
-        end.set_xdata([top, top])
-        note.set(x=0.96 * top, text=f" Nyquist frequency {top:g} Hz" if listed else "")
-        for text, style, data in zip(texts, looks, curves):
-            lowest = f"{decibels(data.lowest):.1f} dB at {data.lowest_omega / HZ:.2f} Hz"
-            text.set_text(f"{style['label']}: lowest {lowest}")
-        return [end, note, *move(curves)]
-
-    update(curves)
-    return update
+    return follow(ax, [end, *looks, *lowest], curves, points)

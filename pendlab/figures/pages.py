@@ -11,7 +11,7 @@ from ..loop import closed_loop_eigenvalues
 from ..paper.alignment import alignment_interval
 from ..paper.designs import paper_design
 from ..studies.transmission import time_constant
-from .frequency import decibels, draw_loops, draw_sigma_min, nyquist, sigma_min
+from .frequency import LOOKS, decibels, draw_loops, draw_sigma_min, nyquist, sigma_min
 from .outcomes import (
     gain_in_words,
     loops_in_words,
@@ -25,12 +25,11 @@ from .outcomes import (
 from .picture import live, part
 from .response import controller_gains, draw_gains, draw_step, step_response, step_words
 from .rootlocus import draw_eigenvalues, draw_marked_locus, remarked, root_locus
-from .style import look, new_figure, styled
+from .style import new_figure, styled
 from .traces import draw_traces
 
 PAGE = 9.1  # inch: sharp beside the file browser on a screen of 1366 px
 POINTS = 1500  # on each Nyquist curve
-LOOKS = [look("nominal", label="without filters"), look("filters")]
 UNIT_DISK = (-0.2, 1.2), (-0.7, 0.7)  # frame of eigenvalues
 # Titles, and square frames that hold those of Figs 8, 10, 11 and 12 near the critical point.
 ONE_LOOP = [("$PG$", ((-2.5, 0.5), (-1.5, 1.5)))]
@@ -145,7 +144,7 @@ def triple_page(design, simulate):
     views = [
         *_loop_views(design),
         (title, 2, draw_loops, LOOKS, frame),
-        ("smallest singular value", 3, draw_sigma_min, LOOKS, ((1e-2, 1e2), (-40, 10)), False),
+        ("smallest singular value", 3, draw_sigma_min, LOOKS, ((1e-2, 1e2), (-40, 10))),
     ]
 
     def compute(design):

@@ -10,7 +10,7 @@ from ..loop import sorted_eigenvalues
 from ..sampled import align
 from .picture import follow
 from .sketch import arrowheads, frame_plane, point, unit_circle, zero_lines
-from .style import COLORS, look
+from .style import COLORS, freeze_layout, look
 
 
 @dataclass(frozen=True)
@@ -93,41 +93,22 @@ def _changes(at, kps):
     )
 
 
-def draw_root_locus(ax, data, frame=None):
-    """Branches with their start and direction, eigenvalues at the marked gain, unit circle.
-
-    `frame` as for `draw_nyquist`; returns update(data) for as many branches.
-    """
-    frame = ((-1.2, 1.2), (-1.2, 1.2)) if frame is None else np.asarray(frame, dtype=float)
+def draw_root_locus(ax, data, frame):
+    """Branches with their start and direction, eigenvalues at the marked gain, unit circle."""
     frame_plane(ax, frame)
     zero_lines(ax, "x")
-    circle = unit_circle(ax)
-    blue, none = COLORS["blue"], {"linestyle": "none"}
-    start = dict(color=blue, marker="o", markerfacecolor="white", zorder=4, **none)
-    mark = dict(marker="x", markersize=10, markeredgewidth=2.4, zorder=6, **none)
-    looks = [dict(color=blue, zorder=3)] * len(data.marked)
-    looks += [start, dict(color=COLORS["vermillion"], **mark)]
-
-    def points(data):
-        return [*data.branches.T, data.branches[0], data.marked]
-
-    move = follow(ax, looks, data, points)
-    rest = ax.text(0.02, 0.03, "", transform=ax.transAxes, fontsize=10)
-    heads = arrowheads(ax, len(data.marked), blue)
-    *_, start, marks = ax.lines
-    legend = ax.legend([start, marks, circle], [" ", " ", "unit circle"], loc="upper right")
-
-    def update(data):
-        move(data)
-        point(ax, heads, [_last_stretch(b, frame) for b in data.branches.T], (0.5,), least=0.4)
-        ends = [f"{_short(b[0])} → {_short(b[-1])}" for b in data.outside(frame)]
-        rest.set_text("\n".join(["outside the frame:", *ends]) if ends else "")
-        first, marked, _ = legend.get_texts()
-        first.set_text(f"$k_p = {data.kps[0]:g}$")
-        marked.set_text(f"$k_p = {data.kp:g}$: {data.unstable} outside")
-
-    update(data)
-    return update
+    _draw_branches(ax, data, COLORS["blue"])
+    ax.plot(data.marked.real, data.marked.imag, "x", color=COLORS["vermillion"], markersize=10,
+            markeredgewidth=2.4, zorder=6, label=f"$k_p = {data.kp:g}$: {data.unstable} outside")  # fmt: skip
+    unit_circle(ax)
+    ax.legend(loc="upper right")
+    ends = [f"{_short(b[0])} → {_short(b[-1])}" for b in data.outside(frame)]
+    if ends:
+        rest = "\n".join(["outside the frame:", *ends])
+        ax.text(0.02, 0.03, rest, transform=ax.transAxes, fontsize=10)
+    heads = arrowheads(ax, len(data.marked), COLORS["blue"])
+    freeze_layout(ax.get_figure())  # where a branch is half way depends on it
+    point(ax, heads, [_last_stretch(b, frame) for b in data.branches.T], (0.5,), least=0.4)
 
 
 def draw_marked_locus(ax, data, frame):
@@ -135,16 +116,21 @@ def draw_marked_locus(ax, data, frame):
 
     Returns update(data) -> moved artists.
     """
-    ax.plot(data.branches.real, data.branches.imag, color=COLORS["sky"], zorder=3)
-    start = data.branches[0]
-    ax.plot(start.real, start.imag, "o", color=COLORS["sky"], markerfacecolor="white", zorder=4,
-            label=f"$k_p = {data.kps[0]:g}$")  # fmt: skip
+    _draw_branches(ax, data, COLORS["sky"])
     move = draw_eigenvalues(ax, data.marked, frame)
 
     def update(data):
         return move(data.marked)
 
     return update
+
+
+def _draw_branches(ax, data, color):
+    """Branches, and open circles where they start."""
+    ax.plot(data.branches.real, data.branches.imag, color=color, zorder=3)
+    start = data.branches[0]
+    ax.plot(start.real, start.imag, "o", color=color, markerfacecolor="white", zorder=4,
+            label=f"$k_p = {data.kps[0]:g}$")  # fmt: skip
 
 
 def draw_eigenvalues(ax, values, frame):

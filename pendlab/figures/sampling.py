@@ -3,8 +3,8 @@
 import numpy as np
 
 from ..loop import sorted_eigenvalues
-from .frequency import HZ, draw_loops
-from .pages import LOOKS, ONE_LOOP, UNIT_DISK, loop_curves, page, tell
+from .frequency import HZ, LOOKS, draw_loops
+from .pages import ONE_LOOP, UNIT_DISK, loop_curves, page, tell
 from .picture import follow
 from .rootlocus import draw_eigenvalues
 from .style import COLORS, styled
