@@ -200,6 +200,36 @@ int main(void)
 
 
 @needs_compiler
+@pytest.mark.parametrize("name, single", [("double", False), ("triple", True)])
+def test_the_struct_is_as_wide_as_what_it_counts_and_holds(tmp_path, name, single):
+    """Reals of the named precision and no padding but the counter's; twelve minutes lost, counted."""
+    controller = pl.paper_design(name).controller
+    source = pl.to_c(controller, single=single)
+    reals, width = len(controller.observer.E) + len(controller.tracked), 4 if single else 8
+    main = """
+#include <stdio.h>
+int main(void)
+{
+    static const pendulum_real x0[PENDULUM_STATES], r[PENDULUM_TRACKED], zero;
+    pendulum_real y[PENDULUM_OUTPUTS] = {0}, u[PENDULUM_MOTORS];
+    pendulum_state s;
+    y[0] = 1 / zero;
+    pendulum_init(&s, x0);
+    for (long n = 0; n < 72000; n++)
+        pendulum_step(&s, y, r, u);
+    printf("%u %d %d %d", s.lost, (int)sizeof s.lost, (int)(sizeof s.v + sizeof s.w), (int)sizeof s);
+    return !((pendulum_state){.lost = 0}.lost - 1 > 0); /* unsigned */
+}
+"""
+    (tmp_path / "main.c").write_text(source + main)
+    subprocess.run([COMPILER, *FLAGS, "main.c", "-o", "main"], cwd=tmp_path, check=True)
+    out = subprocess.run([tmp_path / "main"], capture_output=True, text=True, check=True).stdout
+    lost, counter, held, whole = map(int, out.split())
+    assert lost == 72000 and counter == 4 and held == reals * width
+    assert whole == -(-(held + counter) // width) * width
+
+
+@needs_compiler
 def test_other_files_take_its_prototypes(tmp_path):
     """Two files make one program; what `update` reads is const, in the order that `step` has."""
     pl.to_c(pl.paper_design("double").controller, tmp_path / "controller.c")
