@@ -1,8 +1,11 @@
 """The pendulum that moves: its geometry, a small drawing to update, and an animation in SVG."""
 
 import re
-from html import escape, unescape
+from html import escape
 from itertools import pairwise
+from pathlib import Path
+from string import Template
+from xml.etree import ElementTree
 
 import numpy as np
 
@@ -11,6 +14,13 @@ from ..parameters import Pendulum
 from .style import COLORS, angle_name, image_html, look, styled
 
 FPS = 25  # frames per second of an animation as it is played
+BAR = 34  # px kept below its drawing for the time
+# Of the film's two drawings one is shown: the moving one, or positions that stand still. Its page
+# draws the film again as a part of itself: only the clock of such a drawing can be halted.
+FILM, PAGE = (
+    Template(Path(__file__).with_name(name).read_text(encoding="utf-8"))
+    for name in ("film.svg", "film.html")
+)
 
 
 def check_rig(rig):
@@ -111,45 +121,50 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
     times = np.linspace(t[0], t[-1], max(2, round(playing * FPS) + 1))
     frames = np.stack([np.interp(times, t, column) for column in angles.T], axis=-1)
     points, ground = _to_pixels(rig, joints(rig, frames), width, height)
-    title = f"{rig.name}: pendulum in motion" if title is None else text("title", title)
-    ends = f"{t[0]:g} s to {t[-1]:g} s"
-    largest = ", ".join(
-        f"{angle_name(i + 1)} {np.abs(angles[:, i]).max():.3f} rad" for i in range(n)
-    )
     clock = f'dur="{playing:.2f}s" repeatCount="indefinite"'
-    moving = [_link(points[:, i : i + 2], link_color(i + 1), clock) for i in range(n)]
-    moving += [_hinge(points[:, i], face, clock) for i, face in enumerate(_faces(rig))]
-    x, y = ground
-    return (
-        f'<svg xmlns="http://www.w3.org/2000/svg" role="img" width="{width:g}" height="{height:g}"'
-        f' viewBox="0 0 {width:g} {height:g}">'
-        f"<title>{escape(title)}</title>"
-        f"<desc>Moving drawing of {n} links over {ends}, at {speed:g} times real speed. "
-        f"Largest angles: {escape(largest)}.</desc>"
-        f'<rect width="{width:g}" height="{height:g}" fill="white"/>{STILL}{_positions(points)}'
-        f'<path d="M{x - 40:.1f} {y:.1f}h80" stroke="{COLORS["grey"]}" stroke-width="4"/>'
-        f"<g class='pendlab-m'>{''.join(moving)}{_time_bar(width, height, ends, clock)}</g></svg>"
+    drawn = _drawn(np.char.mod("%.1f", points.T), _faces(rig), clock)
+    span, full = f"{t[0]:g} s to {t[-1]:g} s", f"{width - 28:g}"
+    sizes = [f"{angle_name(i)} {a:.3f} rad" for i, a in enumerate(np.abs(angles).max(axis=0), 1)]
+    return FILM.substitute(
+        **COLORS,
+        **drawn,
+        width=f"{width:g}",
+        height=f"{height:g}",
+        title=escape(f"{rig.name}: pendulum in motion" if title is None else text("title", title)),
+        about=f"Moving drawing of {n} links over {span}, at {speed:g} times real speed. "
+        f"Largest angles: {', '.join(sizes)}.",
+        ground="{:.1f} {:.1f}".format(*ground),
+        below=f"{height - 10:g}",
+        span=span,
+        full=full,
+        bar=_moving(f'rect height="4" fill="{COLORS["grey"]}"', clock, width=["0", full]),
     )
 
 
-# Of the two drawings one is shown: the moving one, or positions that stand still. The names must be
-# nobody else's: a page may hold the drawing itself.
-STILL = (
-    "<style>.pendlab-s{display:none}@media (prefers-reduced-motion: reduce)"
-    "{.pendlab-s{display:inline}.pendlab-m{display:none}}</style>"
-)
+def _drawn(places, faces, clock, count=6):
+    """Links, hinges, and links at `count` times from joints as text, shape (2, n + 1, N)."""
+    x, y = places
+    some = np.linspace(0, x.shape[1] - 1, count).round().astype(int)
+    links = hinges = positions = ""
+    for i, face in enumerate(faces):
+        ends = [f"{a},{b} {c},{d}" for a, b, c, d in zip(x[i], y[i], x[i + 1], y[i + 1])]
+        shape = f'polyline stroke="{link_color(i + 1)}"'
+        links += _moving(shape, clock, points=ends)
+        hinges += _moving(f'circle r="5" fill="{face}"', clock, cx=x[i], cy=y[i])
+        for k, at in enumerate(some, 1):
+            positions += f'<{shape} points="{ends[at]}" opacity="{k / count:.2f}"/>'
+    return dict(links=links, hinges=hinges, positions=positions)
 
 
-def _positions(points, count=6):
-    """The links at `count` times, later ones darker."""
-    some = points[np.linspace(0, len(points) - 1, count).round().astype(int)]
-    drawn = "".join(
-        f'<polyline points="{x0:.1f},{y0:.1f} {x1:.1f},{y1:.1f}" stroke="{link_color(i + 1)}" '
-        f'opacity="{(k + 1) / count:.2f}"/>'
-        for k, pose in enumerate(some)
-        for i, ((x0, y0), (x1, y1)) in enumerate(pairwise(pose))
-    )
-    return f"<g class='pendlab-s' fill='none' stroke-width='5' stroke-linecap='round'>{drawn}</g>"
+def _moving(shape, clock, **values):
+    """A shape of which attributes take values one after the other."""
+    first = " ".join(f'{name}="{texts[0]}"' for name, texts in values.items())
+    moves = [
+        f'<animate attributeName="{name}" {clock} values="{";".join(texts)}"/>'
+        for name, texts in values.items()
+        if len(set(texts)) > 1
+    ]
+    return f"<{shape} {first}>{''.join(moves)}</{shape.split()[0]}>"
 
 
 def animation(rig, t, angles, caption=None, **options):
@@ -171,10 +186,8 @@ def animation(rig, t, angles, caption=None, **options):
     if caption is not None:
         text("caption", caption)
     svg = animate_svg(rig, t, angles, **options)
-    title, about = (
-        unescape(svg.split(f"<{part}>")[1].split(f"</{part}>")[0]) for part in ("title", "desc")
-    )
-    still = re.sub("<style>.*</style>|<g class='pendlab-m'>.*</g>", "", svg)
+    title, about = (part.text for part in ElementTree.fromstring(svg)[:2])
+    still = re.sub("(?s)<style>.*</style>|<g class=.pendlab-m.*</g>", "", svg)
     moving, still = (
         image_html(drawing.encode(), f"{title}. {words}", "image/svg+xml")
         for drawing, words in (
@@ -182,33 +195,8 @@ def animation(rig, t, angles, caption=None, **options):
             (still, "Six positions of the run, later ones darker."),
         )
     )
-    return HTML(
-        f"{FOLDED}<details open class='pendlab-moving'><summary>{escape(caption or title)} "
-        f"(show or hide the moving picture)</summary>{moving}{PAUSE}</details>"
-        f"<div class='pendlab-rest'>{still}</div>"
-    )
-
-
-FOLDED = "<style>.pendlab-moving[open] + .pendlab-rest { display: none }</style>"
-# An image hides its clock; the same drawing as a part of the page has one that can be halted.
-PAUSE = """<script>{
-const image = document.currentScript.previousElementSibling, button = document.createElement("button");
-fetch(image.src).then((answer) => answer.text()).then((text) => {
-  const box = document.createElement("div");
-  box.innerHTML = text;
-  const svg = box.firstChild;
-  button.textContent = "Pause";
-  button.onclick = () => {
-    const halted = svg.animationsPaused();
-    halted ? svg.unpauseAnimations() : svg.pauseAnimations();
-    button.textContent = halted ? "Pause" : "Go on";
-  };
-  image.replaceWith(box, button);
-});
-}</script>"""
-
-
-BAR = 34  # px kept below the drawing for the time
+    page = PAGE.substitute(caption=escape(caption or title), moving=moving, still=still)
+    return HTML(page.strip())
 
 
 def _to_pixels(rig, points, width, height):
@@ -220,33 +208,3 @@ def _to_pixels(rig, points, width, height):
     scale = min((width - 2 * margin) / (right - left), (height - BAR - 2 * margin) / (high - low))
     origin = np.array([width / 2 - scale * (left + right) / 2, height - BAR - margin + scale * low])
     return origin + scale * points * [1, -1], origin
-
-
-def _animate(attribute, values, clock):
-    return f'<animate attributeName="{attribute}" {clock} values="{";".join(values)}"/>'
-
-
-def _link(ends, color, clock):
-    values = [" ".join(f"{x:.1f},{y:.1f}" for x, y in pair) for pair in ends]
-    return (
-        f'<polyline points="{values[0]}" fill="none" stroke="{color}" stroke-width="7" '
-        f'stroke-linecap="round">{_animate("points", values, clock)}</polyline>'
-    )
-
-
-def _hinge(centres, fill, clock):
-    x, y = ([f"{value:.1f}" for value in column] for column in centres.T)
-    circle = f'<circle cx="{x[0]}" cy="{y[0]}" r="5" fill="{fill}" stroke="black" stroke-width="2"'
-    if np.ptp(centres, axis=0).max() == 0:
-        return circle + "/>"
-    return f"{circle}>{_animate('cx', x, clock)}{_animate('cy', y, clock)}</circle>"
-
-
-def _time_bar(width, height, ends, clock):
-    y, full = height - 10, width - 28
-    rect = f'<rect x="14" y="{y:g}" width="{full:g}" height="4" fill='
-    return (
-        f'<text x="14" y="{y - 6:g}" font-family="DejaVu Sans, sans-serif" font-size="13">{ends}'
-        f'</text>{rect}"{COLORS["pale"]}"/>{rect}"{COLORS["grey"]}">'
-        f"{_animate('width', ['0', f'{full:g}'], clock)}</rect>"
-    )
