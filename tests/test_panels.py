@@ -61,11 +61,23 @@ def panel(panels):
     return fresh
 
 
+def stops(control):
+    """The ends of a control."""
+    if isinstance(control, pl.Slider):
+        return [*[0.0] * control.zero, control.low, control.high]
+    return [not control.value] if isinstance(control, pl.Switch) else control.stops
+
+
 @pytest.mark.parametrize("name", MAKERS)
 def test_ends_of_all_controls(panel, name):
     p = panel(name)
-    start = p.caption, p.picture
-    captions = p.ends()
+    start, values, captions = (p.caption, p.picture), p.values, []
+    for control in p.controls.values():
+        for stop in stops(control):
+            captions.append(p.at(**{**values, control.name: stop}))
+            assert p.values == {**values, control.name: stop}
+    p.at(**values)
+    assert p.values == values
     reason, count = IMPOSSIBLE.get(name, ("", 0))
     bad = [caption for caption in captions if "cannot work" in caption]
     assert len(bad) == count and all(reason in caption for caption in bad)
@@ -282,7 +294,7 @@ def test_what_is_called_idle_moves_nothing(panel, name):
     assert len(idle) >= 2
     told = p.view.figure.table
     for control in idle:
-        for stop in p.controls[control].stops:
+        for stop in stops(p.controls[control]):
             p.at(**{control: stop})
             assert p.view.figure.table == told, control
         p.at(**p.presets["Reset"])

@@ -374,7 +374,6 @@ def good():
         "Panel.at": dict(k_p=0.5),
         "Panel.tell": dict(k_p=0.5),
         "Panel.act": dict(name="go"),
-        "Panel.ends": {},
         "Panel.still": {},
         "Panel.close": {},
         "bench_panel": dict(name="double"),

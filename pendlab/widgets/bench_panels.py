@@ -1,5 +1,7 @@
 """The bench as a widget: reference, pushes, every imperfection, traces and the moving pendulum."""
 
+from functools import partial
+
 import numpy as np
 
 from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
@@ -30,32 +32,23 @@ def bench_panel(name="triple"):
     rig, controller = design.rig, design.controller
     windows = {label: tuple(map(float, ends)) for label, ends in WINDOWS[name].items()}
     controls = bench_controls(rig, windows)
-    last = {}
+    shown = []
 
     def run(values):
         plant, t_end = bench_plant(rig, values), bench_end(values)
         return simulate(plant, controller, t_end, **bench_case(rig, values))
 
     def update(**values):
-        last.update(run=run(values), window=values["window"])
-        return fig.update(last["run"], last["window"]).caption
+        shown[:] = run(values), values["window"]
+        return fig.update(*shown).caption
 
     def moving():
-        t = last["run"].t
-        inside = (t >= last["window"][0]) & (t <= last["window"][1])
+        run, (start, end) = shown
+        inside = (run.t >= start) & (run.t <= end)
         if inside.sum() < 2:
             inside = slice(-2, None)
-        return animation(
-            rig,
-            t[inside],
-            last["run"].angles[inside],
-            caption="The pendulum in real time",
-            width=280,
-            height=350,
-        ).data
-
-    def search(values, progress):
-        return hardest_push(rig, controller, values, progress)
+        about = dict(caption="The pendulum in real time", width=280, height=350)
+        return animation(rig, run.t[inside], run.angles[inside], **about).data
 
     start = {c.name: c.value for group in controls.values() for c in group}
     fig = bench_page(run(start), start["window"])
@@ -79,7 +72,7 @@ def bench_panel(name="triple"):
             "Ideal rig": dict.fromkeys(switches, False),
             "A push": push,
         },
-        actions={"How hard may the push be?": search},
+        actions={"How hard may the push be?": partial(hardest_push, rig, controller)},
         first=("height", "at", "window"),
     )
 
@@ -221,20 +214,18 @@ def hardest_push(rig, controller, values, progress):
     The smallest of 40 heights up to 10 N m at which it falls is looked for each way, so the answer
     is good to a step of the grid (an eighth).
     """
-    case = bench_case(rig, values)
+    case, plant = bench_case(rig, values), bench_plant(rig, values)
     heights = np.geomspace(0.1, HARDEST, 40)
-    pulses = [
-        Pulse(values["link"], values["at"], values["length"], sign * height)
-        for sign in (1, -1)
-        for height in heights
+    cases = [
+        {**case, "disturbance": Pulse(values["link"], values["at"], values["length"], height)}
+        for height in (*heights, *-heights)
     ]
     t_end = values["at"] + values["length"] + 5.0
-    cases = [{**case, "disturbance": pulse} for pulse in pulses]
-    runs = simulate_many(bench_plant(rig, values), controller, t_end, cases, progress=progress)
+    runs = simulate_many(plant, controller, t_end, cases, progress=progress)
     ways = []
     for way, half in (("+", runs[:40]), ("-", runs[40:])):
         fell = [run is None or run.fell for run in half]
-        first = fell.index(True) if any(fell) else len(fell)
+        first = [*fell, True].index(True)
         ways.append(f"{way}{heights[first - 1]:.2g}" if first else f"less than {way}{heights[0]:g}")
     return (
         f"A push of {values['length']:g} s on link {values['link']} may reach {' and '.join(ways)} N m; "

@@ -21,15 +21,11 @@ LOOPS = (
 def kp_panel():
     """k_p of the triple: eigenvalues on the root locus of Fig 6, and the margins of loop 2."""
     design = paper_design("triple")
-    fig = kp_page(design)
-
-    def update(k_p):
-        return fig.update(design.changed(kp=k_p)).caption
-
-    return Panel(
+    return page_panel(
         "The spring k_p of motor 2",
+        kp_page(design),
+        lambda k_p: design.changed(kp=k_p),
         [_kp_slider(design)],
-        View(fig, update, fig.moving),
         legend=(
             "k_p: voltage of motor 2 per radian between links 2 and 3, equation (18).",
             "Left: eigenvalues of the sampled model with this spring alone, on their branches.",
@@ -42,15 +38,11 @@ def kp_panel():
 def weights_panel(name="double"):
     """Weights Q and R of the double or the triple: gain F, margins, eigenvalues, step."""
     design = paper_design(name)
-    fig = weights_page(design)
-
-    def update(**values):
-        return fig.update(design.changed(**_weights(values, design))).caption
-
-    return Panel(
+    return page_panel(
         f"Weights Q and R of the {name}",
+        weights_page(design),
+        lambda **values: design.changed(**_weights(values, design)),
         _weight_sliders(design),
-        View(fig, update, fig.moving),
         legend=(
             "Q: what a deviation of each state costs, equation (22); the lowest notch is 0. w is the "
             "integral of the tracking error. R: what voltage costs.",
@@ -70,59 +62,41 @@ def weights_panel(name="double"):
 def observer_panel(name="double"):
     """E and the choice in the null space: loops with filters, L, noise gain."""
     design = paper_design(name)
-    fig = observer_page(design)
-    controls, presets = OBSERVERS[name]
-
-    def update(**values):
-        return fig.update(CHOOSE[name](design, **values)).caption
-
-    choice = {
-        "double": (
-            "E: eigenvalue of the observer. beta1, beta2: T = beta1 T1 + beta2 T2 as in (26), with the "
-            "members of E's family nearest to the printed (24) and (25).",
-            "Without filters every choice gives the same loop; with filters they differ.",
-        ),
-        "triple": (
-            "alpha, beta: E = diag(alpha, beta). phi1, phi2: direction of each row of [T K] in its "
-            "plane of solutions; 0 is nearest to the printed (36).",
-            "With alpha = beta the directions change T and L and nothing that a signal could notice.",
-        ),
-    }
-    return Panel(
+    choose, controls, choice, presets, idle = OBSERVERS[name]
+    return page_panel(
         f"E and the choice in the null space, {name}",
+        observer_page(design),
+        lambda **values: choose(design, **values),
         controls,
-        View(fig, update, fig.moving, idle=IDLE.get(name)),
         legend=(
-            *choice[name],
+            *choice,
             LOOPS,
             "Right: how much voltage motor 1 makes of each reading; high at high frequency is noise.",
         ),
         presets=presets,
+        idle=idle,
     )
 
 
 def triple_panel():
     """All in one for the triple: Q, R, k_p, E; Figs 10, 11, 12, 14 and a run on the bench."""
     design = paper_design("triple")
-    rig = design.rig
-    imperfections, start, stands = bench_imperfections(rig), bench_start(rig), bench_rig(rig)
+    bench = bench_imperfections(design.rig)
+    rig, start = bench_rig(design.rig), bench_start(design.rig)
 
     def run(design):
-        return simulate(stands, design.controller, 8.0, initial=start, imperfections=imperfections)
+        return simulate(rig, design.controller, 8.0, initial=start, imperfections=bench)
 
-    fig = triple_page(design, run)
-
-    def update(k_p, alpha, beta, **values):
+    def change(k_p, alpha, beta, **values):
         changed = design.changed(kp=k_p, **_weights(values, design))
-        return fig.update(near_printed(changed, (alpha, beta))).caption
+        return near_printed(changed, (alpha, beta))
 
-    weights = _weight_values(design)
-    paper = {**weights, "k_p": design.kp, "alpha": design.E[0], "beta": design.E[1]}
-    controls = [*_weight_sliders(design), _kp_slider(design), *_E_sliders(design)]
-    return Panel(
+    paper = dict(zip(("alpha", "beta"), design.E), **_weight_values(design), k_p=design.kp)
+    return page_panel(
         "The triple, all in one",
-        controls,
-        View(fig, update, fig.moving),
+        triple_page(design, run),
+        change,
+        [*_weight_sliders(design), _kp_slider(design), *E_SLIDERS],
         legend=(
             "Q and R: weights of (22). k_p: spring of motor 2. alpha, beta: eigenvalues of the observer, "
             "whose T is the one nearest to the printed (36).",
@@ -136,33 +110,38 @@ def triple_panel():
     )
 
 
+def page_panel(title, page, change, controls, *, legend, presets, first=None, idle=None):
+    """A panel round a page of pictures; `change` makes a design of the controls' values."""
+
+    def update(**values):
+        return page.update(change(**values)).caption
+
+    view = View(page, update, page.moving, idle=idle)
+    return Panel(title, controls, view, legend, presets, first=first)
+
+
 # Designs from the values of controls
 
 
-def near_printed(design, E, coefficients=None):
+def near_printed(design, E, turns=(0.0, 0.0)):
     """`design` with the triple's E = diag(E) and, row by row, the directions nearest to (36).
 
-    Rows of [T K] decouple for a diagonal E, and their length is free. `coefficients` turns each
-    row's direction in its plane by that many degrees.
+    Rows of [T K] decouple for a diagonal E, and their length is free. `turns` turn each row's
+    direction in its plane by that many degrees.
     """
     design = design.changed(E=E)
     printed = paper_design("triple").observer
-    rows = np.hstack([printed.T, printed.K])
-    n, angles = printed.T.shape[1], np.radians((0, 0) if coefficients is None else coefficients)
     c = np.zeros(design.family.dimension)
-    for i, angle in enumerate(angles):
-        first, second = (_in_row(design.family, i, row, n) for row in (rows[i], rows[1 - i]))
+    for i, angle in enumerate(np.radians(turns)):
+        here = np.arange(2)[:, None] == i  # row i of [T K] takes a printed row, the other is 0
+        first, second = (
+            design.family.project(np.where(here, printed.T[k], 0), np.where(here, printed.K[k], 0))
+            for k in (i, 1 - i)
+        )
         across = second - (second @ first) / (first @ first) * first
         across = across * np.linalg.norm(first) / np.linalg.norm(across)
         c += np.cos(angle) * first + np.sin(angle) * across
     return design.changed(coefficients=tuple(c))
-
-
-def _in_row(family, i, row, n):
-    """Coefficients of [t k] put into row i of [T K], nearest member."""
-    T, K = np.zeros((2, n)), np.zeros((2, len(row) - n))
-    T[i], K[i] = row[:n], row[n:]
-    return family.project(T, K)
 
 
 def between_printed(design, E, beta1, beta2):
@@ -184,10 +163,6 @@ def directions_idle(values):
     if values["alpha"] != values["beta"]:
         return {}
     return dict.fromkeys(("phi1", "phi2"), "moves no loop while alpha = beta")
-
-
-IDLE = {"triple": directions_idle}
-CHOOSE = {"double": between_printed, "triple": turned}
 
 
 def _weights(values, design):
@@ -218,36 +193,45 @@ def _kp_slider(design):
     return Slider("k_p", "k_p, V/rad", 0.1, 100, design.kp, log=True, zero=True)
 
 
-def _E_sliders(design):
-    return [
-        Slider(name, f"{name} of E", 0, 1, e, step=0.01)
-        for name, e in zip(("alpha", "beta"), design.E, strict=True)
-    ]
+E_SLIDERS = [Slider(name, f"{name} of E", 0, 1, 0.9, step=0.01) for name in ("alpha", "beta")]
 
-
+# Rig -> how a design is chosen, controls, what they do, presets, and what moves nothing
 OBSERVERS = {
     "double": (
+        between_printed,
         [
             Slider("E", "E", 0, 1, 0.9, step=0.01),
             Slider("beta1", "beta1", -2, 2, 1.0, step=0.05),
             Slider("beta2", "beta2", -2, 2, 0.0, step=0.05),
         ],
+        (
+            "E: eigenvalue of the observer. beta1, beta2: T = beta1 T1 + beta2 T2 as in (26), with the "
+            "members of E's family nearest to the printed (24) and (25).",
+            "Without filters every choice gives the same loop; with filters they differ.",
+        ),
         {
             "Observer 1, (24)": dict(E=0.9, beta1=1.0, beta2=0.0),
             "Observer 2, (25)": dict(E=0.9, beta1=0.0, beta2=1.0),
             "Neither": dict(beta1=0.0, beta2=0.0),
         },
+        None,
     ),
     "triple": (
+        turned,
         [
-            Slider("alpha", "alpha of E", 0, 1, 0.9, step=0.01),
-            Slider("beta", "beta of E", 0, 1, 0.9, step=0.01),
+            *E_SLIDERS,
             Slider("phi1", "phi1, degrees", -90, 90, 0.0, step=1),
             Slider("phi2", "phi2, degrees", -90, 90, 0.0, step=1),
         ],
+        (
+            "alpha, beta: E = diag(alpha, beta). phi1, phi2: direction of each row of [T K] in its "
+            "plane of solutions; 0 is nearest to the printed (36).",
+            "With alpha = beta the directions change T and L and nothing that a signal could notice.",
+        ),
         {
             PAPER: dict(alpha=0.9, beta=0.9, phi1=0.0, phi2=0.0),
             "Two different eigenvalues": dict(alpha=0.9, beta=0.8),
         },
+        directions_idle,
     ),
 }

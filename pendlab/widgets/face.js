@@ -30,15 +30,15 @@ function render({ model, el }) {
     const label = make("label", { for: id + name }, control.label);
     if (control.kind === "switch") {
       const box = make("input", { type: "checkbox", id: id + name });
-      box.onchange = () => say({ name, value: box.checked });
-      fields[name] = { show: (value) => (box.checked = value), parts: [box], note };
+      box.onchange = () => say({ name, position: Number(box.checked) });
+      fields[name] = { show: ([position]) => (box.checked = position), parts: [box], note };
       return make("div", { class: "knob switch" }, box, label, note);
     }
     if (control.kind === "choice") {
       const options = control.options.map((text, k) => make("option", { value: k }, text));
       const box = make("select", { id: id + name }, ...options);
-      box.onchange = () => say({ name, value: Number(box.value) });
-      fields[name] = { show: (value) => (box.value = value), parts: [box], note };
+      box.onchange = () => say({ name, position: Number(box.value) });
+      fields[name] = { show: ([position]) => (box.value = position), parts: [box], note };
       return make("div", { class: "knob" }, label, box, note);
     }
     const range = make("input", { type: "range", id: id + name, min: 0, max: control.last, step: 1 });

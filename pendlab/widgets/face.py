@@ -11,6 +11,10 @@ import anywidget
 import traitlets
 
 HERE = Path(__file__).parent
+KEYS = (
+    "Keyboard: Tab to a control; arrow keys, Page Up and Page Down, Home and End move a slider. ▲ marks "
+    "where it starts; a short line a power of ten."
+)
 
 
 class Face(anywidget.AnyWidget):
@@ -31,3 +35,19 @@ class Face(anywidget.AnyWidget):
     picture = traitlets.Bytes(b"").tag(sync=True)
     beside = traitlets.Unicode("").tag(sync=True)
     hand = traitlets.Dict().tag(sync=True)
+
+    def close(self):
+        """Close the widget with the layout that belongs to it."""
+        self.layout.close()
+        super().close()
+
+
+def running_cell():
+    """What tells the running notebook cell from others: its id, or its text where none is sent."""
+    try:
+        from IPython import get_ipython
+
+        shell = get_ipython()
+        return shell.get_parent()["metadata"].get("cellId") or shell.user_ns["In"][-1]
+    except (ImportError, AttributeError, KeyError, IndexError, TypeError):
+        return None

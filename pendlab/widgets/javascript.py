@@ -12,7 +12,9 @@ OPERATORS = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "===", ast.NotEq: "!==",
     ast.And: "&&", ast.Or: "||", ast.Not: "!", ast.USub: "-",
 }  # fmt: skip
-MATH = ("abs", "cos", "exp", "floor", "max", "min", "sin", "sqrt")
+CALLS = {"len": "{}.length", "int": "Math.trunc({})", "range": "Array({}).keys()"} | {
+    name: f"Math.{name}({{}})" for name in "abs cos exp floor max min sin sqrt".split()
+}
 
 
 def to_javascript(source, skip=()):
@@ -32,100 +34,73 @@ def to_javascript(source, skip=()):
       return (2.0 * x);
     }
     """
-    return "\n".join(
-        line
-        for node in ast.parse(source).body
-        if getattr(node, "name", None) not in skip
-        for line in _statement(node, "")
-    )
+    lines = []
+    for node in ast.parse(source).body:
+        if getattr(node, "name", None) not in skip:
+            constant = "const " if isinstance(node, ast.Assign) else ""
+            lines += [constant + line for line in _statement(node)]
+    return "\n".join(lines)
 
 
-def _statement(node, indent):
+def _statement(node):
     """Lines of one statement."""
-    inner = indent + "  "
-    if isinstance(node, (ast.ImportFrom, ast.Pass)) or _is_text(node):
-        return []
-    if isinstance(node, ast.ClassDef):
-        return []  # a named tuple: an object with these fields, made by who calls
-    if isinstance(node, ast.FunctionDef):
-        head = f"{indent}function {node.name}({', '.join(a.arg for a in node.args.args)}) {{"
-        declared = sorted(_bound(node) - {a.arg for a in node.args.args})
-        names = [f"{inner}let {', '.join(declared)};"] if declared else []
-        return [head, *names, *_block(node.body, inner), f"{indent}}}"]
-    if isinstance(node, ast.Assign):
-        target = _target(node.targets[0])
-        declare = "const " if not indent else ""
-        return [f"{indent}{declare}{target} = {_value(node.value)};"]
-    if isinstance(node, ast.AugAssign):
-        return [f"{indent}{_value(node.target)} {OPERATORS[type(node.op)]}= {_value(node.value)};"]
-    if isinstance(node, ast.For):
-        name, limits = node.target.id, [_value(a) for a in node.iter.args]
-        first, last = limits if len(limits) == 2 else ("0", limits[0])
-        head = f"{indent}for ({name} = {first}; {name} < {last}; {name}++) {{"
-        return [head, *_block(node.body, inner), f"{indent}}}"]
-    if isinstance(node, ast.If):
-        lines = [f"{indent}if ({_value(node.test)}) {{", *_block(node.body, inner)]
-        if node.orelse:
-            lines += [f"{indent}}} else {{", *_block(node.orelse, inner)]
-        return [*lines, f"{indent}}}"]
-    if isinstance(node, ast.Return):
-        return [f"{indent}return {_value(node.value)};"]
-    if isinstance(node, ast.Expr):
-        return [f"{indent}{_value(node.value)};"]
+    match node:
+        case ast.ImportFrom() | ast.Expr(value=ast.Constant(value=str())):
+            return []
+        case ast.FunctionDef(name=name, args=ast.arguments(args=args), body=body):
+            given = [arg.arg for arg in args]
+            local = ", ".join(sorted(_bound(node) - set(given)))
+            return _block(f"function {name}({', '.join(given)})", body, local and f"let {local};")
+        case ast.Assign(targets=[target], value=value):
+            return [f"{_value(target)} = {_value(value)};"]
+        case ast.AugAssign(target=target, op=op, value=value) if type(op) in OPERATORS:
+            return [f"{_value(target)} {OPERATORS[type(op)]}= {_value(value)};"]
+        case ast.For(target=ast.Name(id=i), iter=ast.Call(args=[count]), body=body):
+            return _block(f"for ({i} = 0; {i} < {_value(count)}; {i}++)", body)
+        case ast.If(test=test, body=body, orelse=other):
+            lines = _block(f"if ({_value(test)})", body)
+            return [*lines[:-1], *_block("} else", other)] if other else lines
+        case ast.Return(value=value):
+            return [f"return {_value(value)};"]
+        case ast.Expr(value=value):
+            return [f"{_value(value)};"]
     raise _no_counterpart(node)
 
 
-def _block(statements, indent):
-    return [line for statement in statements for line in _statement(statement, indent)]
+def _block(head, statements, first=""):
+    """Statements in braces behind a head."""
+    lines = [line for statement in statements for line in _statement(statement)]
+    return [f"{head} {{", *(f"  {line}" for line in [first, *lines] if line), "}"]
 
 
 def _value(node):
-    """One expression."""
-    if isinstance(node, ast.Name):
-        return node.id
-    if isinstance(node, ast.Constant) and type(node.value) in (int, float):
-        return repr(node.value)
-    if isinstance(node, ast.Attribute):
-        return f"{_value(node.value)}.{node.attr}"
-    if isinstance(node, ast.Subscript):
-        return _item(node)
-    if isinstance(node, ast.BinOp):
-        return f"({_value(node.left)} {OPERATORS[type(node.op)]} {_value(node.right)})"
-    if isinstance(node, ast.UnaryOp):
-        return f"{OPERATORS[type(node.op)]}({_value(node.operand)})"
-    if isinstance(node, ast.BoolOp):
-        return f"({f' {OPERATORS[type(node.op)]} '.join(map(_value, node.values))})"
-    if isinstance(node, ast.Compare) and len(node.ops) == 1:
-        return f"({_value(node.left)} {OPERATORS[type(node.ops[0])]} {_value(node.comparators[0])})"
-    if isinstance(node, ast.IfExp):
-        return f"({_value(node.test)} ? {_value(node.body)} : {_value(node.orelse)})"
-    if isinstance(node, ast.Tuple):
-        return f"[{', '.join(map(_value, node.elts))}]"
-    if isinstance(node, ast.Call):
-        return _call(node)
+    """One expression, or what is assigned to."""
+    match node:
+        case ast.Name(id=name):
+            return name
+        case ast.Constant(value=number) if type(number) in (int, float):
+            return repr(number)
+        case ast.Attribute(value=owner, attr=name):
+            return f"{_value(owner)}.{name}"
+        case ast.Subscript(value=row, slice=ast.Slice(lower=first, upper=None)):
+            return f"{_value(row)}.subarray({_value(first)})"
+        case ast.Subscript(value=row, slice=index):
+            return f"{_value(row)}[{_value(index)}]"
+        case (
+            ast.BinOp(left=left, op=op, right=right)
+            | ast.Compare(left=left, ops=[op], comparators=[right])
+            | ast.BoolOp(op=op, values=[left, right])
+        ) if type(op) in OPERATORS:
+            return f"({_value(left)} {OPERATORS[type(op)]} {_value(right)})"
+        case ast.UnaryOp(op=op, operand=value) if type(op) in OPERATORS:
+            return f"{OPERATORS[type(op)]}({_value(value)})"
+        case ast.IfExp(test=test, body=value, orelse=other):
+            return f"({_value(test)} ? {_value(value)} : {_value(other)})"
+        case ast.Tuple(elts=values):
+            return f"[{', '.join(map(_value, values))}]"
+        case ast.Call(func=ast.Name(id=name), args=values, keywords=[]):
+            return CALLS.get(name, name + "({})").format(", ".join(map(_value, values)))
     raise _no_counterpart(node)
-
-
-def _item(node):
-    if isinstance(node.slice, ast.Slice):
-        ends = [_value(end) for end in (node.slice.lower, node.slice.upper) if end]
-        return f"{_value(node.value)}.subarray({', '.join(ends)})"
-    return f"{_value(node.value)}[{_value(node.slice)}]"
-
-
-def _call(node):
-    name, arguments = _value(node.func), ", ".join(map(_value, node.args))
-    if name == "len":
-        return f"{arguments}.length"
-    if name == "int":
-        return f"Math.trunc({arguments})"
-    if name == "range":  # a table of column numbers
-        return f"Array({arguments}).keys()"
-    return f"Math.{name}({arguments})" if name in MATH else f"{name}({arguments})"
-
-
-def _target(node):
-    return f"[{', '.join(map(_value, node.elts))}]" if isinstance(node, ast.Tuple) else _value(node)
 
 
 def _bound(function):
@@ -134,14 +109,6 @@ def _bound(function):
         for name in ast.walk(function)
         if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
     }
-
-
-def _is_text(node):
-    return (
-        isinstance(node, ast.Expr)
-        and isinstance(node.value, ast.Constant)
-        and isinstance(node.value.value, str)
-    )
 
 
 def _no_counterpart(node):

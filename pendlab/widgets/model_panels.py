@@ -8,7 +8,7 @@ from ..figures.pages import PAGE
 from ..figures.sampling import sampling_page
 from ..paper.designs import paper_design
 from ..parameters import Filters, load
-from .design_panels import LOOPS, PAPER
+from .design_panels import LOOPS, PAPER, page_panel
 from .panel import Panel
 from .parts import Slider, View
 
@@ -53,21 +53,17 @@ def bar_panel(name="double", study=None):
 def sampling_panel():
     """Sampling time and filters of the double, and the loop of the paper's weights designed anew."""
     design = paper_design("double")
-    fig = sampling_page(design)
-
-    def update(dt, input_hz, output_hz):
-        return fig.update(sampled_design(design, dt / 1e3, input_hz, output_hz)).caption
-
     filters = design.rig.filters
     values = dict(dt=10.0, input_hz=filters.input_hz[0], output_hz=filters.output_hz[0])
-    return Panel(
+    return page_panel(
         "Sampling time and filters of the double",
+        sampling_page(design),
+        lambda dt, **hz: sampled_design(design, dt / 1e3, **hz),
         [
             Slider("dt", "sampling time, ms", 1, 100, values["dt"], log=True),
             Slider("input_hz", "input filter, Hz", 0.5, 200, values["input_hz"], log=True),
             Slider("output_hz", "output filters, Hz", 0.5, 200, values["output_hz"], log=True),
         ],
-        View(fig, update, fig.moving),
         legend=(
             "Sliders: sampling time, and cut-off frequencies of the first-order filters.",
             "Left: eigenvalues of the sampled plant with filters. Middle: phase lag of filters and hold.",

@@ -10,7 +10,7 @@ import time
 from html import escape
 from secrets import token_hex
 from textwrap import fill
-from weakref import finalize
+from weakref import finalize, proxy
 
 import numpy as np
 
@@ -18,8 +18,7 @@ from .._arguments import flag, found, instance, text
 from ..bench.arguments import function, items, mapping
 from ..figures.picture import Picture
 from ..figures.style import image_html, small_png
-from .face import Face
-from .notebook import KEYS, close_all, running_cell, weakly
+from .face import KEYS, Face, running_cell
 from .parts import Choice, Slider, Switch, View
 
 SLOW = 0.4  # s; updates that take longer announce themselves
@@ -61,32 +60,35 @@ class Panel:
         continuous=True,
         first=None,
     ):
-        if not isinstance(controls, (dict, list, tuple)):
-            raise TypeError(f"controls: expected a list of pl.Slider, ..., {found(controls)}.")
         groups = controls if isinstance(controls, dict) else {"More": controls}
         self.title, self.view = text("title", title), instance("view", view, View)
         self.controls = _named(groups)
         self._values = {name: control.value for name, control in self.controls.items()}
-        self.presets = {**self._known(presets), "Reset": dict(self._values)}
-        self.actions = _functions(actions)
+        self.presets = {**self._known({} if presets is None else presets), "Reset": self.values}
+        self.actions = {} if actions is None else dict(mapping("actions", actions, "{}", least=0))
+        for name, action in self.actions.items():
+            function(f"actions[{name!r}]", action, "a function of (values, progress)")
         self.caption = ""
         self._picture = Picture(view.figure, view.moving)
         self._seconds, self._still, self._rest, self._sound = 0.0, None, None, True
-        self._mark = f"pendlab-{token_hex(4)}"
         self._widget = Face(
             face={
                 "title": title,
-                "groups": _groups(groups, self._first(first)),
+                "groups": self._groups(groups, first),
                 "buttons": [*self.presets, *self.actions],
-                "legend": [*_lines(legend), KEYS],
+                "legend": [
+                    *(text("legend", line) for line in items("legend", legend, "texts")),
+                    KEYS,
+                ],
                 "width": self._picture.size[0],
-                "still": self._mark,
+                "still": f"pendlab-{token_hex(4)}",
                 "continuous": flag("continuous", continuous),
             }
         )
-        self._widget.observe(weakly(self._moved), "hand")
+        panel = proxy(self)
+        self._widget.observe(lambda change: panel._moved(change["new"]), "hand")
         # ipywidgets remembers every widget; when nobody holds the panel any more, it may go.
-        finalize(self, close_all, self._widget).atexit = False
+        finalize(self, self._widget.close).atexit = False
         self._redraw()
 
     @property
@@ -122,14 +124,6 @@ class Panel:
         self.at(**start)
         return "\n".join(fill(line, 96, break_on_hyphens=False) for line in lines)
 
-    def ends(self):
-        """Move every control to its ends, one after the other, and back: all captions, for tests."""
-        captions, start = [], self.values
-        for name, control in self.controls.items():
-            captions += [self.at(**{**start, name: stop}) for stop in control.stops]
-        self.at(**start)
-        return captions
-
     def act(self, name):
         """Press the button of an action in code; the caption that results."""
         if not isinstance(name, str) or name not in self.actions:
@@ -140,26 +134,31 @@ class Panel:
             sentence = self.actions[name](self.values, self._show_progress)
         except _CANNOT as problem:
             sentence = f"{name}: {problem}"
-        self._show(caption=f"{self.caption}\n{sentence}", more=sentence)
+        self.caption = f"{self.caption}\n{sentence}"
+        self._show(sentence)
         return self.caption
 
     def close(self):
         """Take the panel's widget out of the page and out of memory."""
-        close_all(self._widget)
+        self._widget.close()
 
     # From the page
 
-    def _moved(self, change):
+    def _moved(self, hand):
         """What a hand did in the browser."""
-        hand = change["new"]
-        self._sharpen(hand.get("ratio", 1))
+        dpi = 100 * min(
+            max(float(hand.get("ratio", 1)), 1.0), 2.0
+        )  # as many dots as the screen has
+        if dpi != self.view.figure.dpi:
+            self.view.figure.set_dpi(dpi)
+            self._picture = Picture(self.view.figure, self.view.moving)
         if hand.get("button") in self.actions:
             self.act(hand["button"])
         else:
             try:
                 values = self._wanted(hand)
             except _CANNOT as problem:
-                self._show(more=f"{problem} It stays as it was.", sound=False)
+                self._show(f"{problem} It stays as it was.", sound=False)
             else:
                 self._redraw(values)
         self._store_soon()
@@ -173,10 +172,8 @@ class Panel:
         control = self.controls[hand["name"]]
         if "text" in hand:
             return {control.name: control.read(hand["text"])}
-        if "position" in hand:
-            return {control.name: control.value_at(hand["position"])}
-        value = hand["value"]
-        return {control.name: control.stops[value] if isinstance(control, Choice) else bool(value)}
+        at = control.value_at if isinstance(control, Slider) else control.stops.__getitem__
+        return {control.name: at(hand["position"])}
 
     def _checked(self, values):
         for name in values:
@@ -188,21 +185,12 @@ class Panel:
 
     def _known(self, presets):
         """The presets, if each moves controls that are there to values that they can take."""
-        if presets is None:
-            return {}
         for name, values in mapping("presets", presets, '{"Start": {"k_p": 10}}', least=0).items():
             try:
                 self._checked(mapping("values", values, '{"k_p": 10}'))
             except (TypeError, ValueError) as problem:
                 raise type(problem)(f"presets[{name!r}]: {problem}") from None
         return presets
-
-    def _sharpen(self, ratio):
-        """Draw as many dots as the screen has."""
-        dpi = 100 * min(max(float(ratio), 1.0), 2.0)
-        if dpi != self.view.figure.dpi:
-            self.view.figure.set_dpi(dpi)
-            self._picture = Picture(self.view.figure, self.view.moving)
 
     # What is shown
 
@@ -213,56 +201,54 @@ class Panel:
         if self._seconds > SLOW:
             self._widget.state = {**self._widget.state, "busy": True}
         try:
-            caption, self._sound = self.view.update(**self._values), True
+            self.caption, self._sound = self.view.update(**self._values), True
         except _CANNOT as problem:
-            caption, self._sound = f"These values cannot work. {problem}", False
+            self.caption, self._sound = f"These values cannot work. {problem}", False
             if self.picture:
-                caption += " The picture still shows the last ones."
+                self.caption += " The picture still shows the last ones."
         with self._widget.hold_sync():
-            self._show(caption=caption)
+            self._show()
             if self._sound or not self.picture:
                 self._widget.picture = self._picture.png()
                 if self.view.beside is not None:
                     self._widget.beside = self.view.beside()
         self._seconds = time.perf_counter() - start
 
-    def _show(self, caption=None, more="", sound=None, progress=None):
+    def _show(self, more="", sound=None):
         """Send values, verdict and words; `more` is said after them."""
-        self.caption = self.caption if caption is None else caption
-        sound, figure = self._sound if sound is None else sound, self.view.figure
-        lead = getattr(figure, "lead", None) if self._sound else None
-        verdict = getattr(figure, "verdict", None) if self._sound else ("cannot work", False)
-        lines = [*(lead if lead is not None else self.caption).split("\n")]
+        drawn = vars(self.view.figure)
+        told = drawn if self._sound else {"verdict": ("cannot work", False)}
+        words = (told.get("lead") or self.caption).split("\n")
         self._widget.state = {
-            "values": {name: self._sent(name) for name in self.controls},
+            "values": {
+                name: _sent(control, self._values[name]) for name, control in self.controls.items()
+            },
             "idle": self.view.idle(self.values) if self.view.idle else {},
-            "verdict": verdict,
-            "table": getattr(figure, "table", None) or [] if self._sound else [],
-            "words": [*lines, more] if more and more not in lines else lines,
-            "sound": sound,
-            "alt": getattr(figure, "alt", "") or self.caption,
-            "progress": progress,
+            "verdict": told.get("verdict"),
+            "table": told.get("table", []),
+            "words": [*words, more] if more and more not in words else words,
+            "sound": self._sound if sound is None else sound,
+            "alt": drawn.get("alt") or self.caption,
+            "progress": None,
             "count": self._widget.hand.get("count"),
         }
-
-    def _sent(self, name):
-        control, value = self.controls[name], self._values[name]
-        if isinstance(control, Slider):
-            return [control.position_of(value), f"{value:g}", control.spoken(value)]
-        return control.stops.index(value) if isinstance(control, Choice) else value
 
     def _show_progress(self, done, total):
         self._widget.state = {**self._widget.state, "progress": [done, total]}
 
-    def _first(self, first):
+    def _groups(self, groups, first):
+        """What the page shows of the controls: first those in sight, then the rest by heading."""
         names = list(self.controls)
-        if first is None:
-            return names if len(names) <= 4 else names[:3]
-        first = items("first", first, "names of controls")
-        unknown = [name for name in first if name not in names]
-        if unknown:
-            raise ValueError(f"first: expected names of controls, found {unknown[0]!r}.")
-        return first
+        first = names[: 4 if len(names) <= 4 else 3] if first is None else first
+        for name in items("first", first, "names of controls"):
+            if name not in names:
+                raise ValueError(f"first: expected names of controls, found {name!r}.")
+        rest = [(head, [c for c in group if c.name not in first]) for head, group in groups.items()]
+        return [
+            {"heading": head, "controls": [_told(control) for control in group]}
+            for head, group in [("", [self.controls[name] for name in first]), *rest]
+            if group or not head
+        ]
 
     # In the page
 
@@ -279,14 +265,14 @@ class Panel:
     def still(self):
         """The picture with its words as a notebook stores it, hidden where the panel lives."""
         picture = small_png(self.view.figure, self.view.moving)
-        alt = getattr(self.view.figure, "alt", "") or self.caption
+        mark, alt = self._widget.face["still"], self._widget.state["alt"]
         image = image_html(picture, alt, width=self._widget.face["width"])
         words = "<br>".join(escape(line) for line in self.caption.split("\n"))
         # Without a kernel JupyterLab would show an error in the place of the live panel.
-        empty = f".jp-OutputArea-child:has(+ .jp-OutputArea-child .{self._mark}):not(:has(.pendlab-face))"
+        empty = f".jp-OutputArea-child:has(+ .jp-OutputArea-child .{mark}):not(:has(.pendlab-face))"
         return {
             "text/html": f"<style>{empty} {{ display: none }}</style>"
-            f'<div class="{self._mark}"><b>{escape(self.title)}</b><br>{image}<p>{words}</p></div>',
+            f'<div class="{mark}"><b>{escape(self.title)}</b><br>{image}<p>{words}</p></div>',
             "image/png": picture,
             "text/plain": self.caption,
         }
@@ -301,9 +287,9 @@ class Panel:
             return  # no kernel's loop, as in a script
         if self._rest is not None:
             self._rest.cancel()
-        self._rest = loop.call_later(REST, weakly(self._store))
+        self._rest = loop.call_later(REST, self._store)
 
-    def _store(self, _=None):
+    def _store(self):
         self._still.update(self.still(), raw=True)
 
     def _replace_earlier_copy(self):
@@ -325,53 +311,27 @@ _SHOWN = {}
 
 def _named(groups):
     """The controls by name, checked."""
-    controls = {}
-    for control in (c for g in groups.values() for c in items("controls", g, "controls")):
+    kinds, controls = "pl.Slider, pl.Switch or pl.Choice", {}
+    for control in (c for group in groups.values() for c in items("controls", group, kinds)):
         if not isinstance(control, (Slider, Switch, Choice)):
-            raise TypeError(
-                f"controls: expected pl.Slider, pl.Switch or pl.Choice, {found(control)}."
-            )
+            raise TypeError(f"controls: expected {kinds}, {found(control)}.")
         if control.name in controls:
             raise ValueError(f"controls: expected names that differ, found {control.name!r} twice.")
         controls[control.name] = control
     return controls
 
 
-def _functions(actions):
-    """The actions, each a function."""
-    if actions is None:
-        return {}
-    for name, action in mapping("actions", actions, '{"Search": search}', least=0).items():
-        function(f"actions[{name!r}]", action, "a function of (values, progress)")
-    return dict(actions)
-
-
-def _lines(legend):
-    """The lines of the legend, each of them text."""
-    lines = items("legend", legend, "texts")
-    return [text(f"legend[{i}]", line) for i, line in enumerate(lines)]
-
-
-def _groups(groups, first):
-    """What the page shows of the controls: first those in sight, then the rest by heading."""
-    by_name = {control.name: control for group in groups.values() for control in group}
-    shown = [("", [by_name.pop(name) for name in first])]
-    shown += [
-        (heading, [c for c in group if c.name in by_name]) for heading, group in groups.items()
-    ]
-    return [
-        {"heading": heading, "controls": [_told(control) for control in group]}
-        for k, (heading, group) in enumerate(shown)
-        if group or not k
-    ]
-
-
 def _told(control):
     """One control for the page."""
-    told = {"name": control.name, "label": control.label}
-    if isinstance(control, Switch):
-        return {**told, "kind": "switch"}
-    if isinstance(control, Choice):
-        return {**told, "kind": "choice", "options": list(map(str, control.options))}
-    start = control.position_of(control.value)
-    return {**told, "kind": "slider", "last": control.last, "start": start, "ticks": control.ticks}
+    told = {"name": control.name, "label": control.label, "kind": type(control).__name__.lower()}
+    if isinstance(control, Slider):
+        start = control.position_of(control.value)
+        return {**told, "last": control.last, "start": start, "ticks": control.ticks}
+    return {**told, "options": list(map(str, getattr(control, "options", ())))}
+
+
+def _sent(control, value):
+    """A value for the page: its position, and of a slider how it is written and spoken."""
+    if isinstance(control, Slider):
+        return [control.position_of(value), f"{value:g}", control.spoken(value)]
+    return [control.stops.index(value)]

@@ -51,18 +51,11 @@ class Slider:
     @property
     def last(self):
         """The highest position; positions are whole numbers from 0 on."""
-        if self.log:
-            return round(np.log10(self.high / self.low) / NOTCH) + self.zero
-        return max(1, round((self.high - self.low) / self._step))
+        return max(1, self.position_of(self.high))
 
     @property
     def _step(self):
         return self.step or (self.high - self.low) / 100
-
-    @property
-    def stops(self):
-        """The ends that tests move to."""
-        return [0.0, self.low, self.high] if self.zero else [self.low, self.high]
 
     def checked(self, value):
         """`value` as a number between the ends, or a sentence on why not."""
@@ -79,33 +72,28 @@ class Slider:
 
     def value_at(self, position):
         """The value at a position, to three digits where it moves in decades."""
-        position = int(min(max(number("position", position), 0), self.last))
-        if self.log:
-            if self.zero and position == 0:
-                return 0.0
-            value = float(f"{self.low * 10 ** (NOTCH * (position - self.zero)):.3g}")
-        else:
-            value = float(f"{self.low + position * self._step:.6g}")
-        return min(max(value, self.low), self.high)
+        place = int(min(max(number("position", position), 0), self.last)) - self.zero
+        if place < 0:
+            return 0.0
+        value = self.low * 10 ** (NOTCH * place) if self.log else self.low + place * self._step
+        return min(max(float(f"{value:.{3 if self.log else 6}g}"), self.low), self.high)
 
     def position_of(self, value):
         """The position nearest to a value."""
-        if self.zero and number("value", value) < self.low:
+        value = min(number("value", value), self.high)
+        if value < self.low:
             return 0
-        value = min(max(number("value", value), self.low), self.high)
-        if not self.log:
-            return round((value - self.low) / self._step)
-        return round(np.log10(value / self.low) / NOTCH) + self.zero
+        place = np.log10(value / self.low) / NOTCH if self.log else (value - self.low) / self._step
+        return round(place) + self.zero
 
     @property
     def ticks(self):
         """Positions to mark, with what to write there: ends, decades or zero."""
+        marks = sorted({self.low, min(max(0.0, self.low), self.high), self.high})
         if self.log:
-            decades = np.arange(np.ceil(np.log10(self.low)), np.floor(np.log10(self.high)) + 1)
-            marks = [(self.position_of(10.0**decade), "") for decade in decades]
-            return [(0, "0"), *marks] if self.zero else marks
-        inner = [0.0] if self.low < 0 < self.high else []
-        return [(self.position_of(value), "") for value in (self.low, *inner, self.high)]
+            first, last = np.ceil(np.log10(self.low)), np.floor(np.log10(self.high))
+            marks = [10.0**decade for decade in np.arange(first, last + 1)]
+        return [(0, "0")] * self.zero + [(self.position_of(value), "") for value in marks]
 
     def spoken(self, value):
         """The value with its unit, as a screen reader says it."""
@@ -129,15 +117,11 @@ class Switch:
     name: str
     label: str
     value: bool = False
+    stops = (False, True)  # the value at each position
 
     def __post_init__(self):
         _named(self)
         flag(f"{self.name} value", self.value)
-
-    @property
-    def stops(self):
-        """The ends that tests move to."""
-        return [not self.value]
 
     def checked(self, value):
         """`value` as True or False."""
@@ -160,7 +144,7 @@ class Choice:
 
     @property
     def stops(self):
-        """The ends that tests move to."""
+        """The value at each position."""
         return list(self.options.values())
 
     def checked(self, value):
