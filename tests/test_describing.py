@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import OptimizeResult
 
 import pendlab as pl
-from pendlab.studies.describing import _twist, at_the_gears, friction, play
+from pendlab.studies.describing import _twist, at_the_gears, play
 
 
 def first_harmonic(answer, amplitude):
@@ -23,11 +23,6 @@ def test_play_is_the_first_harmonic_of_a_dead_zone(amplitude):
 
     expected = first_harmonic(spring, amplitude)
     assert play(amplitude, 0.05, 200.0) == pytest.approx(expected, rel=1e-4, abs=1e-9)
-
-
-def test_friction_is_the_first_harmonic_of_a_sign():
-    expected = first_harmonic(lambda v: 1.5 * np.sign(v), 0.3)
-    assert friction(0.3, 1.5) == pytest.approx(expected, rel=1e-4)
 
 
 def test_twist_is_the_inverse_of_the_torque_that_play_passes():

@@ -9,6 +9,7 @@ import shutil
 import sys
 import tempfile
 from contextlib import suppress
+from functools import partial
 from pathlib import Path
 
 SEAL = "# sha256 "
@@ -20,9 +21,7 @@ def cache_folders():
 
     No shared temporary folder: what another user could write must not be run.
     """
-    named = _named("PENDLAB_CACHE")
-    if named is not None:
-        yield named
+    yield from _named("PENDLAB_CACHE")
     for base in (os.environ.get("LOCALAPPDATA"), os.environ.get("XDG_CACHE_HOME")):
         if base and Path(base).is_absolute():
             yield Path(base) / "pendlab"
@@ -32,12 +31,11 @@ def cache_folders():
 
 
 def _named(variable):
-    """The folder that an environment variable names, or None."""
+    """The folder that an environment variable names, if it does."""
     text = os.environ.get(variable, "").strip()
-    try:
-        return Path(text).expanduser().absolute() if text else None
-    except RuntimeError:  # ~ of somebody who has no home
-        return None
+    with suppress(RuntimeError):  # ~ of somebody who has no home
+        if text:
+            yield Path(text).expanduser().absolute()
 
 
 def keep(name, write):
@@ -49,12 +47,11 @@ def keep(name, write):
     for folder in cache_folders():
         path = folder / f"{name}.py"
         try:
-            _writable(folder)
+            make_writable(folder)
             if not (intact(path) and _compiled(folder, name)):
                 _copy_seed(name, folder)
             if not intact(path):
-                text = write()
-                _put(path, lambda draft, text=text: draft.write_text(sealed(text), "utf-8"))
+                _put(path, lambda draft: draft.write_text(sealed(write()), "utf-8"))
             return path
         except OSError:
             continue
@@ -83,16 +80,13 @@ def _compiled(folder, name="*"):
 
 
 def _copy_seed(name, folder):
-    for seed in (_named("PENDLAB_SEED"), *cache_folders()):
-        if seed is None or seed == folder:
-            continue
+    for seed in (*_named("PENDLAB_SEED"), *cache_folders()):
         with suppress(OSError):
             source, compiled = seed / f"{name}.py", _compiled(seed, name)
-            if intact(source) and compiled:
+            if seed != folder and intact(source) and compiled:
                 (folder / "__pycache__").mkdir(exist_ok=True)
                 for file in (source, *compiled):  # with their times, by which numba knows them
-                    target = folder / file.relative_to(seed)
-                    _put(target, lambda draft, file=file: shutil.copy2(file, draft))
+                    _put(folder / file.relative_to(seed), partial(shutil.copy2, file))
                 return
 
 
@@ -103,10 +97,8 @@ def _put(path, fill):
     try:
         fill(Path(draft))
         os.replace(draft, path)
-    except BaseException:
-        with suppress(OSError):
-            os.unlink(draft)
-        raise
+    finally:
+        Path(draft).unlink(missing_ok=True)
 
 
 def cache_findings():
@@ -119,12 +111,10 @@ def cache_findings():
     findings = []
     for folder in cache_folders():
         try:
-            _writable(folder)
+            make_writable(folder)
         except OSError as problem:
             what = f"{folder} cannot be written ({problem.strerror or type(problem).__name__})"
-            advice = (
-                "free some space or mend its rights, or set PENDLAB_CACHE to a folder of yours."
-            )
+            advice = "free some space or mend its rights, or set PENDLAB_CACHE to another folder."
             findings.append((False, what, advice))
             continue
         kernels = list(folder.glob("kernel_*.py"))
@@ -138,7 +128,8 @@ def cache_findings():
     return [*findings, (False, "no folder of yours can be written", advice)]
 
 
-def _writable(folder):
+def make_writable(folder):
+    """A folder that is there and takes a file; OSError otherwise."""
     folder.mkdir(parents=True, exist_ok=True)
     tempfile.TemporaryFile(dir=folder).close()
 

@@ -173,12 +173,17 @@ def record(k, x, X):
 
 
 def run(state, memory, law, y_ref, clock, plant, held, ports, work, rows):
-    """The whole loop with the paper's controller; returns (rows written, time of a fall or -1)."""
+    """The loop with the paper's controller from `clock.first` on; (rows written, a fall or -1)."""
     E, H, K, L1, L2, F = law.E, law.H, law.K, law.L1, law.L2, law.F
     tracked, u_max = law.tracked, law.u_max
     v, w, v_next = memory.v, memory.w, memory.v_next
     p, states, r = len(E), len(L1), len(tracked)
     for k in range(len(rows.X)):
+        last = clock.first + k - 1
+        if last >= 0:
+            fell = hold(state, last * clock.dt, clock, plant, held[last % len(held)], work)
+            if fell >= 0.0:
+                return k, fell
         y, u, xhat = rows.Y[k], rows.U[k], rows.XH[k]
         record(k, state.x, rows.X)
         read(state.x, ports.error[k], ports.ad, plant.w_out, y)
@@ -210,9 +215,4 @@ def run(state, memory, law, y_ref, clock, plant, held, ports, work, rows):
         for i in range(r):
             w[i] += clock.dt * (y_ref[k][i] - y[tracked[i]])
         send(u, state.sent, ports.da, plant.limit)
-        if k + 1 < len(rows.X):
-            t = (clock.first + k) * clock.dt
-            fell = hold(state, t, clock, plant, held[k % len(held)], work)
-            if fell >= 0.0:
-                return k + 1, fell
     return len(rows.X), -1.0

@@ -12,7 +12,7 @@ PATIENCE = 200_000  # integration steps, some 0.1 s: an interrupt is heard after
 
 def paper_loop(bench, controller, y_ref, first):
     """The whole loop inside the kernel, with the arithmetic of `Controller.step`."""
-    kernel, clock, held, ports = bench.kernel, bench.clock, bench.held, bench.ports
+    kernel, clock, ports = bench.kernel, bench.clock, bench.ports
     start, o = controller.start(first), controller.observer
     m, n, count = kernel.M, kernel.N, len(y_ref)
     u_max = np.full(m, np.inf) if controller.u_max is None else np.array(controller.u_max)
@@ -23,11 +23,6 @@ def paper_loop(bench, controller, y_ref, first):
     y_ref, fell, done = pack(kernel, y_ref), -1.0, 0
     stretch = max(1, PATIENCE // clock.steps)
     while done < count and fell < 0:
-        if done > 0:  # from the last sample of the stretch before
-            t, loads = (done - 1) * clock.dt, held[(done - 1) % len(held)]
-            fell = kernel.hold(bench.state, t, clock, bench.plant, loads, bench.work)
-            if fell >= 0:
-                break
         part = slice(done, done + stretch)
         more, fell = kernel.run(
             bench.state,
@@ -36,7 +31,7 @@ def paper_loop(bench, controller, y_ref, first):
             y_ref[part],
             clock._replace(first=done),
             bench.plant,
-            held[part] if len(held) > 1 else held,
+            bench.held,
             ports._replace(error=ports.error[part]),
             bench.work,
             Rows(*(record[part] for record in rows)),

@@ -3,7 +3,7 @@
 import os
 from contextlib import contextmanager
 from pathlib import Path
-from typing import NamedTuple
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -12,7 +12,7 @@ from ..controllers import Controller
 from ..observers import Observer
 from ..parameters import Pendulum
 from . import arguments
-from .cache import intact
+from .cache import intact, make_writable
 from .generated import load_kernel
 from .imperfections import Imperfections
 from .plant import fastest_rate
@@ -44,9 +44,7 @@ def _cache(folder):
     target = arguments.path("folder", folder).expanduser().absolute()
     before = os.environ.get("PENDLAB_CACHE")
     try:
-        target.mkdir(parents=True, exist_ok=True)
-        if not os.access(target, os.W_OK):
-            raise PermissionError("no right to write")
+        make_writable(target)
     except OSError as problem:
         raise ValueError(f"folder: {target} cannot be written ({problem}).") from problem
     os.environ["PENDLAB_CACHE"] = str(target)
@@ -64,21 +62,13 @@ def _compile(rig):
     """Call each function of the kernel that a session calls, by two short runs; the source's path."""
     n, m = rig.n_links, rig.n_motors
     kernel = load_kernel(n, m)
-    path = Path(kernel.constants.__code__.co_filename)
     if not kernel.COMPILED:
         return None
+    path = Path(kernel.constants.__code__.co_filename)
     fastest_rate.__wrapped__(rig, Imperfections())
     sizes = (1, 1), (1, m), (1, 2 * n), (1, n + 1), (2 * n, n + 1), (2 * n, 1)
     idle = Controller(np.zeros((m, 2 * n + 1)), Observer(*map(np.zeros, sizes)), 0.01)
     simulate(rig, idle, 0.0)
-    simulate(rig, _Idle(m), 0.01)
-    return path if path.is_file() and intact(path) else None
-
-
-class _Idle(NamedTuple):
-    """A controller in Python that leaves the motors alone."""
-
-    motors: int
-
-    def step(self, state, y, y_ref):
-        return np.zeros(self.motors), state
+    in_python = SimpleNamespace(step=lambda state, y, y_ref: (np.zeros(m), state))
+    simulate(rig, in_python, 0.01)
+    return path if intact(path) else None

@@ -1,10 +1,8 @@
 """How controllable is a rig, and would a bar help? The measures that the introduction speaks of.
 
-A rank says yes or no. Two measures say how much: the ratio of the singular values of the
-controllability matrix, used by Furuta, and the distance to the nearest uncontrollable model, after
-Eising. Both change with the units of state, time and input (`in_units`). Two others do not depend
-on how the state is written: the least control effort, and the largest tilt that motors with limits
-can catch.
+A rank says yes or no; these say how much. The ratio of singular values (Furuta) and the distance to
+the nearest uncontrollable model (Eising) change with the units of state, time and input
+(`in_units`). Least effort and largest tilt do not depend on how the state is written.
 """
 
 from dataclasses import dataclass, replace
@@ -23,9 +21,7 @@ CELLS = 100_000
 def controllability_ratio(A, B):
     """Largest over smallest singular value of the controllability matrix [B, AB, ..., A^(n-1) B].
 
-    1 is the best value; it is inf where the pair is not controllable (to working precision it
-    comes out above 1e15).
-
+    1 is the best value; it is inf, or above 1e15 by rounding, where the pair is not controllable.
     A is n x n, B n x m. Source: Furuta et al. 1984, as the paper's introduction reports it.
 
     >>> pl.controllability_ratio([[0, 1], [0, 0]], [[0], [1]])
@@ -41,17 +37,17 @@ def controllability_ratio(A, B):
             "A, B: the controllability matrix holds numbers beyond 1e308; use other units of time "
             "and input, as pl.in_units gives them."
         )
-    sigma = np.linalg.svd(np.hstack(blocks), compute_uv=False)
-    return float(sigma[0] / sigma[-1]) if sigma[-1] > 0 else np.inf
+    return float(np.linalg.cond(np.hstack(blocks)))
 
 
 def distance_to_uncontrollability(A, B, tolerance=1e-2):
     """Size of the smallest change of [A, B] that makes the pair uncontrollable.
 
-    min over complex s of sigma_min([A - s I, B]). At the minimum s = u* A u with a unit vector u, so
-    s lies in the numerical range of A; and sigma_min never moves further than s does. A box round
-    that range is therefore cut up again and again, and cells whose centre shows that they cannot
-    hold the minimum are dropped: no minimum slips through, as it might through a grid.
+    (distance, s): min over complex s of sigma_min([A - s I, B]), the 2-norm of a real or complex
+    change, and the eigenvalue s that would be lost, Im s >= 0. At the minimum s = u* A u with a
+    unit vector u, so s lies in the numerical range of A; and sigma_min never moves further than s
+    does. A box round that range is therefore cut up again and again, and cells whose centre shows
+    that they cannot hold the minimum are dropped: none slips through, as it might through a grid.
 
     Parameters
     ----------
@@ -59,11 +55,6 @@ def distance_to_uncontrollability(A, B, tolerance=1e-2):
     tolerance : above 0 and below 1; no s gives less than the result by more than this fraction (or
         by more than 1e-9 of the size of [A, B]); the minimum found is refined to about 8 digits.
         ValueError for one that would take more than 100,000 cells
-
-    Returns
-    -------
-    distance : 2-norm of the smallest change, complex changes included
-    s : the eigenvalue that would be lost, Im s >= 0
 
     Sources: Eising 1984; Gahinet and Laub 1992.
 
@@ -147,10 +138,8 @@ def in_units(plant, angle=1.0, second=1.0, volts=1.0):
     True
     """
     state_space("plant", plant, sampled=False)
-    angle, second = (
-        number(name, unit, above=1e-100, most=1e100)
-        for name, unit in (("angle", angle), ("second", second))
-    )
+    angle = number("angle", angle, above=1e-100, most=1e100)
+    second = number("second", second, above=1e-100, most=1e100)
     volts = numbers("volts", volts, above=0)
     volts = volts * plant.ninputs if len(volts) == 1 else volts
     volts = np.array(numbers("volts", volts, count=plant.ninputs))
@@ -195,8 +184,8 @@ def least_effort(rig, x0):
     It is z' G^-1 z, where z = V x0 is the unstable part, dz/dt = A_u z + B_u u, and
     A_u G + G A_u' = B_u B_u'; the stable part comes to rest by itself.
 
-    The rig has limits ``u_max``, x0 holds 2n relative angles (rad) and rates (rad/s); inf where an
-    unstable mode cannot be moved. It is also the cost of the linear quadratic regulator (22) with
+    inf where an unstable mode cannot be moved. The rig has limits ``u_max``, x0 holds 2n relative
+    angles (rad) and rates (rad/s). It is also the cost of the linear quadratic regulator (22) with
     R = diag(1/u_max^2) as Q goes to zero.
 
     >>> round(pl.least_effort(pl.load("double"), [0.05, 0, 0, 0]), 2)
@@ -268,20 +257,12 @@ def _unstable(rig, name, x0):
 
 @dataclass(frozen=True)
 class ControllabilityMeasures:
-    """Four answers to the question how controllable a rig is; see `controllability_measures`.
+    """Four answers to the question how controllable a rig is; see `controllability_measures`."""
 
-    Attributes
-    ----------
-    ratio : `controllability_ratio`; less is better
-    distance : `distance_to_uncontrollability`; more is better
-    effort : `least_effort`, s, from a lean of the straight pendulum by one unit of angle
-    tilt : `recoverable_tilt`, rad
-    """
-
-    ratio: float
-    distance: float
-    effort: float
-    tilt: float
+    ratio: float  # `controllability_ratio`; less is better
+    distance: float  # `distance_to_uncontrollability`; more is better
+    effort: float  # `least_effort`, s, from a lean of the straight pendulum by one unit of angle
+    tilt: float  # `recoverable_tilt`, rad
 
 
 def controllability_measures(rig, angle=0.1, second=0.2):

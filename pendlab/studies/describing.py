@@ -26,18 +26,11 @@ from ..parameters import Pendulum
 
 @dataclass(frozen=True)
 class Cycle:
-    """A predicted oscillation.
-
-    Attributes
-    ----------
-    hertz : frequency, Hz
-    joints : amplitude of the relative angle of each driven hinge, rad
-    twists : amplitude of rotor minus joint of each gear, rad; 0 where it has no play
-    """
+    """A predicted oscillation."""
 
     hertz: float
-    joints: tuple
-    twists: tuple
+    joints: tuple  # amplitude of the relative angle of each driven hinge, rad
+    twists: tuple  # amplitude of rotor minus joint of each gear, rad; 0 where it has no play
 
 
 def play(amplitude, gap, stiffness):
@@ -51,15 +44,6 @@ def play(amplitude, gap, stiffness):
     ratio = gap / 2 / np.maximum(np.abs(amplitude), max(gap / 2, 1e-300))
     part = np.arcsin(ratio) + ratio * np.sqrt(1 - ratio**2)
     return stiffness * (1 - 2 / np.pi * part)[()]
-
-
-def friction(rate, torque):
-    """Describing function of dry friction, N m s: N(v) = 4 F / (pi v), a damping that fades.
-
-    >>> round(float(friction(2.0, torque=1.0)), 3)
-    0.637
-    """
-    return 4 * torque / (np.pi * np.abs(rate))
 
 
 def at_the_gears(controller, rig, omega):
@@ -90,6 +74,8 @@ def limit_cycles(design, imperfections, between=(0.2, 12.0), rig=None):
 
         (I s^2 + c s) phi + j (4 F/pi) phi/|phi| = drive,     s = jw
 
+    where 4 F/(pi v) is the describing function of dry friction, a damping that fades with the rate.
+
     Parameters
     ----------
     design : Design, linear apart from the gears, on a rig with filters
@@ -99,17 +85,14 @@ def limit_cycles(design, imperfections, between=(0.2, 12.0), rig=None):
     """
     instance("design", design, Design, 'pl.paper_design("triple")')
     instance("imperfections", imperfections, Imperfections)
-    low, high = numbers("between", between, above=1e-6, count=2)
-    number("between", high, above=low, most=1e6)
-    between = low, high
+    between = numbers("between", between, above=1e-6, count=2)
+    number("between", between[1], above=between[0], most=1e6)
     rig = design.rig if rig is None else instance("rig", rig, Pendulum, 'pl.load("triple")')
     if rig.filters is None:
         raise ValueError("rig: its filters are None; give the rig pl.Filters.")
     gears = _Gears(design.controller, rig, imperfections, between)
-    cycles = []
-    for guess in product(
-        np.geomspace(*between, 9), (0.2, 1.0), (0.0, np.pi)[: gears.count], gears.may_stick()
-    ):
+    phases, cycles = (0.0, np.pi)[: gears.count], []
+    for guess in product(np.geomspace(*between, 9), (0.2, 1.0), phases, gears.may_stick()):
         cycle = gears.cycle(*guess)
         if cycle and all(abs(np.log(cycle.hertz / c.hertz)) > 0.01 for c in cycles):
             cycles.append(cycle)
@@ -142,12 +125,8 @@ class _Gears:
         omega, rest = np.exp(np.clip(np.nan_to_num(x[0]), -9, 9)), x[2:]
         tau = np.exp(np.clip(x[1], -20, 20)) * np.concatenate([[1.0], rest[0::2] + 1j * rest[1::2]])
         joints, drives = (matrix @ tau for matrix in self.at(omega))
-        twists = np.array(
-            [
-                t / abs(t) * _twist(abs(t), gap, k) if gap else 0.0
-                for t, gap, k in zip(tau, self.gap, self.stiffness)
-            ]
-        )
+        gears = zip(tau, self.gap, self.stiffness)
+        twists = [t / abs(t) * _twist(abs(t), gap, k) if gap else 0.0 for t, gap, k in gears]
         rotors, s = joints + twists, 1j * omega
         inertia, damping = np.array([(m.inertia, m.damping) for m in self.motors]).T
         missing = drives - (inertia * s**2 + damping * s) * rotors

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from .._arguments import array, found, instance, number, numbers
-from ..bench.imperfections import Pulse
+from ..bench.imperfections import Imperfections, Pulse
 from ..bench.many import simulate_many
 from ..bench.simulation import simulate
 from ..parameters import Pendulum
@@ -16,20 +16,12 @@ DOUBLINGS = 40
 
 @dataclass(frozen=True)
 class Admissible:
-    """Largest recovered pulse of each kind and length.
+    """Largest recovered pulse of each kind and length, and what was pushed."""
 
-    Attributes
-    ----------
-    lengths : (k,) s
-    heights : (kinds, k) N m (or N, for `force_levers`), recovered, and within `accuracy` of one
-        that is not
-    rig, imperfections : what was pushed
-    """
-
-    lengths: np.ndarray
-    heights: np.ndarray
-    rig: object
-    imperfections: object
+    lengths: np.ndarray  # (k,) s
+    heights: np.ndarray  # (kinds, k) N m (or N); one that is not recovered lies within `accuracy`
+    rig: Pendulum
+    imperfections: Imperfections | None
 
     @property
     def impulses(self):
@@ -85,9 +77,8 @@ def largest_pulses(
 
     def recovers(heights, which):
         """Which of the pushes it survives; those that are not asked for count as not survived."""
-        cases = [
-            dict(disturbance=_pulses(*pushes[k], heights[k], start)) for k in np.flatnonzero(which)
-        ]
+        asked = [_pulses(*pushes[k], heights[k], start) for k in np.flatnonzero(which)]
+        cases = [dict(disturbance=pulses) for pulses in asked]
         held = np.zeros(len(pushes), dtype=bool)
         runs = simulate_many(rig, controller, end, cases, progress=False, **common)
         held[which] = [not run.fell for run in runs]
