@@ -1,8 +1,6 @@
 """Pages for sliders: several views of one design side by side, which move together.
 
-Every function returns a `CaptionedFigure`. Its ``update(design)`` computes before it draws, so that
-a ValueError leaves the picture as it was; then it moves the artists listed in ``fig.moving`` inside
-frames that stay, and renews caption and description.
+Every function returns a figure as `live` makes it; frames stay as they were for the first design.
 """
 
 import numpy as np
@@ -51,16 +49,17 @@ def kp_page(design=None):
     low, high = alignment_interval(design.model)
     title, frame = TWO_LOOPS[1]
     views = [
-        ("eigenvalues with $k_p$ alone", 0, draw_marked_locus, ((0.84, 1.08), (-0.6, 0.6))),
-        (title, 1, draw_loops, LOOKS, frame),
-        ("the same near $-1$", 1, draw_loops, LOOKS, ((-1.25, -0.75), (-0.25, 0.25))),
+        ("eigenvalues with $k_p$ alone", draw_marked_locus, ((0.84, 1.08), (-0.6, 0.6))),
+        (title, draw_loops, LOOKS, frame),
+        ("the same near $-1$", draw_loops, LOOKS, ((-1.25, -0.75), (-0.25, 0.25))),
     ]
 
     def compute(design):
-        return remarked(locus, design.model, design.kp), loop_curves(design, 1)
+        curves = loop_curves(design, 1)
+        return remarked(locus, design.model, design.kp), curves, curves
 
     def say(data, design):
-        locus, curves = data
+        locus, curves, _ = data
         lead = (
             f"k_p = {design.kp:.4g} V/rad alone leaves {locus.unstable} of {len(locus.marked)} "
             f"eigenvalues outside the unit circle; the fewest are left for {low:.2f} < k_p < "
@@ -79,17 +78,17 @@ def kp_page(design=None):
 def weights_page(design):
     """What Q and R make of a rig: every loop, eigenvalues, answer to a step."""
     views = [
-        ("eigenvalues, with filters", 0, draw_eigenvalues, UNIT_DISK),
-        ("step in the reference", 1, draw_step, (-2.0, 2.0)),
+        *_loop_views(design),
+        ("eigenvalues, with filters", draw_eigenvalues, UNIT_DISK),
+        ("step in the reference", draw_step, (-2.0, 2.0)),
     ]
-    loops = _loop_views(design, first=2)
 
     def compute(design):
         eigenvalues = closed_loop_eigenvalues(design.filtered_loop)
-        return eigenvalues, step_response(design), *_each_loop(design)
+        return *_each_loop(design), eigenvalues, step_response(design)
 
     def say(data, design):
-        _, response, *curves = data
+        *curves, _, response = data
         slowest = time_constant(design.nominal_loop)
         pace = f"Slowest time constant {slowest:.3g} s. " if slowest < np.inf else ""
         lead = f"{gain_in_words(design.F)} {pace}{step_words(response)}"
@@ -99,19 +98,19 @@ def weights_page(design):
         )
         return tell(design, lead, dict(enumerate(curves, 1)), alt)
 
-    return page([*loops, *views], compute, say, design, legend=(-2, 0, -1))
+    return page(views, compute, say, design, legend=(-2, 0, -1))
 
 
 @styled()
 def observer_page(design):
     """What E and the choice in the null space make of a rig: loops, and the controller's gain."""
-    view = "controller: readings to $u_1$", 0, draw_gains, (0.1, 1e5)
+    view = "controller: readings to $u_1$", draw_gains, (0.1, 1e5)
 
     def compute(design):
-        return controller_gains(design.controller), *_each_loop(design)
+        return *_each_loop(design), controller_gains(design.controller)
 
     def say(data, design):
-        gains, *curves = data
+        *curves, gains = data
         o, q = design.observer, design.model.noutputs
         rows = rows_in_words(np.hstack([o.L1, o.L2])[q:])
         noise = o.noise_gain(design.F[:1, : design.model.nstates])
@@ -126,8 +125,7 @@ def observer_page(design):
         )
         return tell(design, lead, dict(enumerate(curves, 1)), alt)
 
-    views = [*_loop_views(design, first=1), view]
-    return page(views, compute, say, design, legend=(0, -1))
+    return page([*_loop_views(design), view], compute, say, design, legend=(0, -1))
 
 
 @styled()
@@ -143,21 +141,23 @@ def triple_page(design, simulate):
     title, frame = BOTH_LOOPS
     views = [
         *_loop_views(design),
-        (title, 2, draw_loops, LOOKS, frame),
-        ("smallest singular value", 3, draw_sigma_min, LOOKS, ((1e-2, 1e2), (-40, 10))),
+        (title, draw_loops, LOOKS, frame),
+        ("smallest singular value", draw_sigma_min, LOOKS, ((1e-2, 1e2), (-40, 10))),
+        ("", draw_traces, "a", None, (-0.3, 0.3)),
+        ("", draw_traces, "c", None, (-12, 12)),
+        ("", draw_traces, "d", None, (-12, 12)),
     ]
 
     def compute(design):
-        whole = design.nominal_loop, design.filtered_loop
+        whole, run = (design.nominal_loop, design.filtered_loop), simulate(design)
         determinant = [nyquist(loop, POINTS) for loop in whole]
         sigma = [sigma_min(loop, 500) for loop in whole]
-        return *_each_loop(design), determinant, sigma, simulate(design)
+        return *_each_loop(design), determinant, sigma, run, run, run
 
     def draw(data):
-        run, window = data[-1], data[-1].t[[0, -1]]
-        traces = (angles, "a", (-0.3, 0.3)), (volts, "c", (-12, 12)), (volts, "d", (-12, 12))
-        moves = draw_views(near, views, data)
-        moves += [part(draw_traces(ax, run, panel, window, f), -1) for ax, panel, f in traces]
+        moves = draw_views([*near, angles, volts, volts], views, data)
+        for ax in (angles, volts):
+            ax.set_xlim(data[-1].t[[0, -1]])
         near[3].set_ylabel("dB")
         near[3].set_box_aspect(1)
         volts.set_ylabel("voltages, V")
@@ -168,7 +168,7 @@ def triple_page(design, simulate):
         return moves
 
     def say(data, design):
-        one, two, _, sigma, run = data
+        one, two, _, sigma, run, *_ = data
         lowest = [decibels(curve.lowest) for curve in sigma]
         last = (
             f"Both loops: smallest singular value {lowest[0]:.1f} dB without filters, "
@@ -189,9 +189,9 @@ def triple_page(design, simulate):
 
 
 def page(views, compute, say, design, legend):
-    """A live figure of square views side by side: (title, key of its data, draw, its arguments).
+    """A live figure of square views side by side, each (title, draw, its arguments).
 
-    `legend` are the views whose curves the legend names.
+    `compute` gives the data of each view, `legend` are the views whose curves the legend names.
     """
     count = len(views)
     fig = new_figure(PAGE if count > 2 else 8.0, 2.95 if count == 4 else 3.5)
@@ -210,8 +210,8 @@ def page(views, compute, say, design, legend):
 def draw_views(axes, views, data):
     """Each view in its axes, with its title; the moves of all."""
     moves = []
-    for ax, (title, key, draw, *arguments) in zip(axes, views, strict=True):
-        moves.append(part(draw(ax, data[key], *arguments), key))
+    for k, (ax, (title, draw, *arguments)) in enumerate(zip(axes, views, strict=True)):
+        moves.append(part(draw(ax, data[k], *arguments), k))
         ax.set_title(title)
     return moves
 
@@ -226,10 +226,10 @@ def _each_loop(design):
     return [loop_curves(design, index) for index in range(design.rig.n_motors)]
 
 
-def _loop_views(design, first=0):
-    """A view of each loop; `first` is the key of the first one's curves."""
+def _loop_views(design):
+    """A view of each loop."""
     frames = ONE_LOOP if design.rig.n_motors == 1 else TWO_LOOPS
-    return [(title, k, draw_loops, LOOKS, frame) for k, (title, frame) in enumerate(frames, first)]
+    return [(title, draw_loops, LOOKS, frame) for title, frame in frames]
 
 
 def tell(design, lead, loops, alt, last=""):
@@ -240,13 +240,13 @@ def tell(design, lead, loops, alt, last=""):
     """
     name = "Loop {}" if design.rig.n_motors > 1 else "The loop"
     lines = [loops_in_words(name.format(k), curves) for k, curves in loops.items()]
-    last = [last] if last else []
+    around = [lead, last] if last else [lead]
     apart = {
-        "lead": "\n".join([lead, *last]),
+        "lead": "\n".join(around),
         "table": loops_table({str(k): curves for k, curves in loops.items()}),
         "verdict": loops_verdict(next(iter(loops.values()))),
     }
-    return "\n".join([lead, *lines, *last]), alt, apart
+    return "\n".join([lead, *lines, *around[1:]]), alt, apart
 
 
 def legend_below(fig, *axes):

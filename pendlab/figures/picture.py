@@ -26,36 +26,31 @@ def live(fig, draw, compute, say, *subject, ghosts=False):
     say : function of (data, *subject) that gives caption and description, and for a panel a dict of
         what is told apart: ``verdict`` (word, whether it is good), ``table`` (rows of text, heads
         first), ``lead`` (the sentences that the table leaves)
-    subject : what is drawn at first
-    ghosts : whether the curves of that first subject stay, pale, while others move
+    ghosts : whether the curves of the first subject stay, pale, while others move
 
     Returns
     -------
-    the figure, laid out; ``fig.moving`` holds the artists that moved
+    the figure, laid out; ``fig.moving`` holds the artists that move
     """
-    data = compute(*subject)
-    moves = draw(data)
-    freeze_layout(fig)
-    fig.moving = tuple(artist for move in moves for artist in move(data) or ())
-    if ghosts:
-        _leave_ghosts(fig.moving)
 
-    def speak(data, *subject):
+    def show(data, *subject):
+        fig.moving = tuple(artist for move in moves for artist in move(data) or ())
         caption, alt, *apart = say(data, *subject)
         describe(fig, caption, alt)
         fig.caption = caption  # its lines stay apart
-        for name, value in (apart[0] if apart else {}).items():
-            setattr(fig, name, value)
+        vars(fig).update(*apart)
         return fig
 
     def update(*subject):
-        data = compute(*subject)
-        for move in moves:
-            move(data)
-        return speak(data, *subject)
+        return show(compute(*subject), *subject)
 
+    data = compute(*subject)
+    moves = draw(data)
     fig.update = update
-    return speak(data, *subject)
+    show(data, *subject)
+    if ghosts:
+        _leave_ghosts(fig.moving)
+    return freeze_layout(fig)
 
 
 def _leave_ghosts(moving):

@@ -21,9 +21,9 @@ def lag(design, hz):
 def sampling_page(design):
     """Eigenvalues of the sampled plant with filters, lags, and the loop of the redesigned double."""
     views = [
-        ("plant with filters, $z$-plane", 0, draw_eigenvalues, UNIT_DISK),
-        ("what they cost in phase", 1, draw_lag, ((0, 10), (0, 180))),
-        ("loop designed without filters", 2, draw_loops, LOOKS, ONE_LOOP[0][1]),
+        ("plant with filters, $z$-plane", draw_eigenvalues, UNIT_DISK),
+        ("what they cost in phase", draw_lag, ((0, 10), (0, 180))),
+        ("loop designed without filters", draw_loops, LOOKS, ONE_LOOP[0][1]),
     ]
 
     def compute(design):
