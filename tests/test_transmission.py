@@ -156,7 +156,7 @@ def test_bad_input():
         pl.structured_margin(PAPER["double"].filtered_loop)
 
 
-def test_figures_move_to_other_designs():
+def test_figures_tell_designs_apart():
     first, second = {"a": PAPER["triple"]}, {"a": BOTH}
     from pendlab.figures.disturbances import gain_region_figure, transmission_figure
 
@@ -164,11 +164,11 @@ def test_figures_move_to_other_designs():
         (transmission_figure, {"points": 40}),
         (gain_region_figure, {"points": 9}),
     ):
-        fig, other = make(first, **options), make(second, **options)
-        caption = fig.caption
-        fig.update(second)
-        assert fig.caption == other.caption != caption
-        assert fig.alt
+        one, other, both = (
+            make(designs, **options) for designs in (first, second, first | {"b": BOTH})
+        )
+        assert one.caption != other.caption
+        assert one.alt and "b" in both.caption
         with pytest.raises(TypeError, match="designs"):
             make(BOTH)
 

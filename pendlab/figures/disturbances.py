@@ -1,6 +1,6 @@
 """What noise and torques do in closed loop, and how far the two gains may stray.
 
-The figures take a dict from label to `Design` and have ``fig.update(designs)`` for as many others.
+The figures take a dict from label to `Design`.
 """
 
 import numpy as np
@@ -12,8 +12,7 @@ from ..design import Design
 from ..loop import frequency_response
 from ..studies.transmission import closed_loop, peak_gain
 from .frequency import HZ
-from .picture import follow, live, part
-from .style import COLORS, angle_name, look, new_figure, styled
+from .style import COLORS, angle_name, describe, look, new_figure, styled
 
 STROKES = ("--", "-", ":", "-.")  # one for each design; the colour says which signal
 
@@ -33,74 +32,49 @@ def gains(design, hz):
     return noise.T, torque.T, peaks
 
 
-def draw_transmission(ax, hz, looks, data):
-    """Curves over frequency on two logarithmic axes, in one of `looks` for each signal.
+def draw_transmission(ax, hz, looks, curves):
+    """Curves over frequency on two logarithmic axes; `curves` has for each design (signals, len(hz)).
 
-    `data` are the names of the designs and for each an array (signals, len(hz)). Returns
-    update(data).
+    A signal has one of `looks`, a design one of `STROKES`.
     """
-    strokes = STROKES[: len(data[0])]
-    widths = np.linspace(3.2, 1.2, len(looks))  # told apart without colour, and where they coincide
-    looks = [{**look, "linewidth": width} for look, width in zip(looks, widths)]
     ax.set(xscale="log", yscale="log", xlabel="frequency, Hz", xlim=(hz[0], hz[-1]))
-    styles = [{**look, "linestyle": stroke} for stroke in strokes for look in looks]
-
-    def rows(data):
-        return [(hz, row) for values in data[1] for row in values]
-
-    move = follow(ax, styles, data, rows)
-    grey = [dict(color=COLORS["grey"], linestyle=stroke) for stroke in strokes]
-    handles = [ax.plot([], [], **look)[0] for look in [*looks, *grey]]
-    names = [*(look["label"] for look in looks), *data[0]]
-    texts = ax.legend(handles, names, loc="best").get_texts()[len(looks) :]
-
-    def update(data):
-        move(data)
-        ax.relim()
-        ax.autoscale_view(scalex=False)
-        for text, label in zip(texts, data[0], strict=True):
-            text.set_text(label)
-
-    update(data)
-    return update
+    widths = np.linspace(3.2, 1.2, len(looks))  # told apart without colour, and where they coincide
+    for one, width, *rows in zip(looks, widths, *curves.values()):
+        ax.plot([], [], **{**one, "linewidth": width})
+        for row, stroke in zip(rows, STROKES):
+            ax.plot(hz, row, **{**one, "linewidth": width, "linestyle": stroke, "label": None})
+    for label, stroke in zip(curves, STROKES):
+        ax.plot([], [], color=COLORS["grey"], linestyle=stroke, label=label)
+    ax.legend(loc="best")
 
 
 @styled()
 def transmission_figure(designs, points=400):
     """Readings -> voltages and torques -> angles over frequency, with filters, for each design."""
-    count, first = len(_each_design(designs)), next(iter(designs.values()))
-    n, m = first.rig.n_links, first.rig.n_motors
-    hz = np.geomspace(0.01, 0.5 / first.dt, whole("points", points, least=2, most=100_000))
-    voltages = [look(f"u{i}", linestyle="-") for i in range(1, m + 1)]
-    links = {angle_name(i): f"torque on link {i}" for i in range(1, n + 1)}
-    torques = [look(name, linestyle="-", label=label) for name, label in links.items()]
+    n, m = _sizes(designs)
+    dt = next(iter(designs.values())).dt
+    hz = np.geomspace(0.01, 0.5 / dt, whole("points", points, least=2, most=100_000))
+    noise, torque, peaks = (
+        dict(zip(designs, each))
+        for each in zip(*(gains(design, hz) for design in designs.values()))
+    )
     fig = new_figure(10, 4.2)
     left, right = fig.subplots(1, 2)
-
-    def compute(designs):
-        designs = _each_design(designs, count=count)
-        noise, torque, peaks = zip(*(gains(design, hz) for design in designs.values()))
-        return (list(designs), noise), (list(designs), torque), peaks
-
-    def draw(data):
-        left.set(title="noise to voltages", ylabel="share of the limit per rad")
-        right.set(title="torque to angles", ylabel="rad per N m")
-        return [
-            part(draw_transmission(left, hz, voltages, data[0]), 0),
-            part(draw_transmission(right, hz, torques, data[1]), 1),
-        ]
-
-    def say(data, designs):
-        peaks = [", ".join(f"{peak:.2g}" for peak in peaks) for peaks in data[2]]
-        each = "; ".join(f"{label}: {listed}" for label, listed in zip(designs, peaks))
-        return (
-            f"Largest gain from a torque on links 1 to {n} to the angles, in rad per N m: {each}.",
-            "Two panels over frequency, logarithmic. Left: gain from noise in the readings to each "
-            "voltage as a share of its limit. Right: gain from a torque on each link to the angles. "
-            f"One line style per design: {', '.join(designs)}.",
-        )
-
-    return live(fig, draw, compute, say, designs)
+    left.set(title="noise to voltages", ylabel="share of the limit per rad")
+    right.set(title="torque to angles", ylabel="rad per N m")
+    draw_transmission(left, hz, [look(f"u{i + 1}", linestyle="-") for i in range(m)], noise)
+    links = [look(angle_name(i), label=f"torque on link {i}") for i in range(1, n + 1)]
+    draw_transmission(right, hz, [{**link, "linestyle": "-"} for link in links], torque)
+    each = "; ".join(
+        f"{label}: {', '.join(f'{peak:.2g}' for peak in listed)}" for label, listed in peaks.items()
+    )
+    return describe(
+        fig,
+        f"Largest gain from a torque on links 1 to {n} to the angles, in rad per N m: {each}.",
+        "Two panels over frequency, logarithmic. Left: gain from noise in the readings to each "
+        "voltage as a share of its limit. Right: gain from a torque on each link to the angles. "
+        f"One line style per design: {', '.join(designs)}.",
+    )
 
 
 def largest_eigenvalue(loop, factors):
@@ -110,75 +84,48 @@ def largest_eigenvalue(loop, factors):
     return np.abs(np.linalg.eigvals(loop.A - BgC)).max(axis=1).reshape(g1.shape)
 
 
-def draw_gain_region(ax, factors, data):
-    """Which pairs of gain factors keep a loop stable; `data` are its name and booleans (g2, g1).
-
-    Returns update(data).
-    """
-    colors = ListedColormap([COLORS["pale"], COLORS["sky"]])
-    mesh = ax.pcolormesh(factors, factors, data[1], cmap=colors, vmin=0, vmax=1, shading="nearest")
-    ax.plot([1], [1], **look("critical", label="as designed"))
-    ax.set(xscale="log", yscale="log", xlabel="factor at input 1", ylabel="factor at input 2")
-    ax.set_aspect("equal")
-    ax.grid(False)
-    ax.legend(loc="upper left")
-
-    def update(data):
-        ax.set_title(data[0])
-        mesh.set_array(data[1])
-
-    update(data)
-    return update
-
-
 @styled()
 def gain_region_figure(designs, points=61, reach=10.0):
     """For each design a panel of the gain factors at both inputs that keep it stable, with filters."""
-    count = len(_each_design(designs, motors=2))
+    _sizes(designs, motors=2)
     number("reach", reach, above=1, most=1e6)
     points = whole("points", points, least=2, most=501)
     factors = np.geomspace(1 / reach, reach, points)  # an odd count has 1 among them
-    fig = new_figure(4.6 * count, 4.4)
-    axes = fig.subplots(1, count, squeeze=False)[0]
-
-    def compute(designs):
-        designs = _each_design(designs, motors=2, count=count)
-        return [
-            (label, (largest_eigenvalue(design.filtered_loop, factors) < 1).astype(float))
-            for label, design in designs.items()
-        ]
-
-    def draw(data):
-        return [
-            part(draw_gain_region(ax, factors, one), k)
-            for k, (ax, one) in enumerate(zip(axes, data, strict=True))
-        ]
-
-    def say(data, designs):
-        each = " and ".join(f"{stable.mean():.0%} ({label})" for label, stable in data)
-        return (
-            f"Gains at both inputs changed at once, each from 1/{reach:g} to {reach:g} times the "
-            f"designed one: stable in the coloured part, {each} of the square.",
-            "One square per design with logarithmic axes, the factor at input 1 to the right and at "
-            "input 2 upwards; the stable part is coloured and the designed point is marked.",
-        )
-
-    return live(fig, draw, compute, say, designs)
+    fig = new_figure(4.6 * len(designs), 4.4)
+    colors = ListedColormap([COLORS["pale"], COLORS["sky"]])
+    shares = []
+    for ax, (label, design) in zip(
+        fig.subplots(1, len(designs), squeeze=False)[0], designs.items()
+    ):
+        stable = largest_eigenvalue(design.filtered_loop, factors) < 1
+        ax.pcolormesh(factors, factors, stable, cmap=colors, vmin=0, vmax=1, shading="nearest")
+        ax.plot([1], [1], **look("critical", label="as designed"))
+        ax.set(xscale="log", yscale="log", title=label)
+        ax.set(xlabel="factor at input 1", ylabel="factor at input 2", aspect="equal")
+        ax.grid(False)
+        ax.legend(loc="upper left")
+        shares.append(f"{stable.mean():.0%} ({label})")
+    return describe(
+        fig,
+        f"Gains at both inputs changed at once, each from 1/{reach:g} to {reach:g} times the "
+        f"designed one: stable in the coloured part, {' and '.join(shares)} of the square.",
+        "One square per design with logarithmic axes, the factor at input 1 to the right and at "
+        "input 2 upwards; the stable part is coloured and the designed point is marked.",
+    )
 
 
-def _each_design(designs, motors=None, count=None):
-    """The dict of designs, one kind of rig in all; `motors` and `count` say how many there must be."""
+def _sizes(designs, motors=None):
+    """(links, motors) of the rigs, the same in the whole dict of designs; `motors` there must be."""
     example = '{"paper": pl.paper_design("triple")}'
     for label, design in mapping("designs", designs, example).items():
         instance(f"designs[{label!r}]", design, Design)
     if len(designs) > len(STROKES):
         raise ValueError(f"designs: at most {len(STROKES)} fit, found {len(designs)}.")
-    if count is not None and len(designs) != count:
-        raise ValueError(f"designs: this figure was made for {count}, found {len(designs)}.")
     sizes = {(design.rig.n_links, design.rig.n_motors) for design in designs.values()}
     if len(sizes) > 1:
         each = " and ".join(f"{n} links with {m} motors" for n, m in sorted(sizes))
         raise ValueError(f"designs: expected as many links and motors in all, found {each}.")
-    if motors is not None and sizes.pop()[1] != motors:
+    ((links, found),) = sizes
+    if motors not in (None, found):
         raise ValueError(f"designs: expected rigs with {motors} motors; try {example}.")
-    return designs
+    return links, found

@@ -1,10 +1,8 @@
 """What the bench is needed for: extremes before and after, hits without a mechanism, what sets what."""
 
-from numbers import Real
-
 import numpy as np
 
-from .._arguments import found, instance
+from .._arguments import array, found, instance
 from ..bench.arguments import items, mapping
 from ..bench.many import Runs
 from ..bench.simulation import Run
@@ -68,17 +66,15 @@ def _all_of(name, table, needed):
     return table
 
 
-def _numbers(table):
-    """`table` if it is a dict of dicts of numbers with the same keys in all."""
-    rows = mapping("table", table, '{"gap 1": {"15a min": 0.5}}')
-    first = next(iter(rows.values()))
-    for row, cells in rows.items():
-        mapping(f"table[{row!r}]", cells, '{"15a min": 0.5}')
-        if cells.keys() != first.keys() or not all(isinstance(c, Real) for c in cells.values()):
-            raise ValueError(
-                f"table[{row!r}]: expected numbers for {', '.join(map(str, first))}, {found(cells)}."
-            )
-    return table
+def _read(table):
+    """Rows, columns and values of a dict of dicts of numbers with the same keys in all."""
+    cells = list(mapping("table", table, '{"gap 1": {"15a min": 0.5}}').values())
+    for row, one in table.items():
+        if mapping(f"table[{row!r}]", one, '{"15a min": 0.5}').keys() != cells[0].keys():
+            columns = ", ".join(map(str, cells[0]))
+            raise ValueError(f"table[{row!r}]: expected numbers for {columns}, {found(one)}.")
+    values = [[one[column] for column in cells[0]] for one in cells]
+    return list(table), list(cells[0]), array("table", values, (None, None), finite=False)
 
 
 def _runs(name, runs):
@@ -97,24 +93,22 @@ def _depths(name, runs):
 @styled()
 def ablation(table):
     """Hits out of 22 with one mechanism taken away each: ``changes.hits_without()``."""
-    _all_of("table", _numbers(table), ["the bench"])
-    totals = {label: sum(hits.values()) for label, hits in table.items()}
-    full = totals.pop("the bench")
-    order = sorted(totals, key=totals.get)
-    needed = [label for label, total in totals.items() if full - total > NEEDED]
+    rows, keys, shares = _read(_all_of("table", table, ["the bench"]))
+    bench, totals = rows.index("the bench"), shares.sum(axis=1)
+    lost = totals - totals[bench]
+    needed = [row for row, change in zip(rows, lost) if change < -NEEDED]
+    order = [bench, *(k for k in np.argsort(lost, kind="stable") if k != bench)]
     fig = new_figure(9, 4.2)
     bars, cells = fig.subplots(1, 2, width_ratios=(2, 3), sharey=True)
-    rows = ["the bench", *(f"without {label}" for label in order)]
-    values = [full, *(totals[label] for label in order)]
-    bars.barh(range(len(rows)), values, color=[COLORS["blue"]] + [COLORS["sky"]] * len(order))
-    for y, value in enumerate(values):
-        lost = f"{value - full:+.1f}" if y else f"{value:.1f}"
-        bars.text(0.3, y, lost, va="center", color="black" if y else "white")
-    bars.set(yticks=range(len(rows)), yticklabels=rows, xlabel="hits of 22", xlim=(0, 22))
+    colors = [COLORS["blue"]] + [COLORS["sky"]] * (len(rows) - 1)
+    bars.barh(range(len(rows)), totals[order], color=colors)
+    bars.text(0.3, 0, f"{totals[bench]:.1f}", va="center", color="white")
+    for y, k in enumerate(order[1:], 1):
+        bars.text(0.3, y, f"{lost[k]:+.1f}", va="center")
+    names = ["the bench", *(f"without {rows[k]}" for k in order[1:])]
+    bars.set(yticks=range(len(rows)), yticklabels=names, xlabel="hits of 22", xlim=(0, 22))
     bars.invert_yaxis()
-    keys = list(table["the bench"])
-    shares = [[table[label][key] for key in keys] for label in ["the bench", *order]]
-    cells.imshow(shares, **SHARES, aspect="auto")
+    cells.imshow(shares[order], **SHARES, aspect="auto")
     cells.set_xticks(range(len(keys)), keys, rotation=90, fontsize=8)
     cells.grid(False)
     cells.set_title("share of runs per extreme: white none, dark all", loc="left", fontsize=10)
@@ -126,31 +120,29 @@ def ablation(table):
     )
 
 
-def _draw_cells(ax, table, columns, words, dark, size=11, **colours):
-    """`words` of each value of a table in a coloured cell, in white beyond `dark`; its values."""
-    values = np.array([[cells[column] for column in columns] for cells in table.values()])
+def _draw_cells(ax, rows, columns, values, words, dark, size=11, **colours):
+    """A table of coloured cells with the values in `words`, in white beyond `dark`."""
     ax.imshow(values, **colours, aspect="auto")
     for (i, j), value in np.ndenumerate(values):
         color = "white" if abs(value) > dark else "black"
         ax.text(j, i, words(value), ha="center", va="center", color=color, fontsize=size)
     ax.set_xticks(range(len(columns)), columns)
-    ax.set_yticks(range(len(table)), list(table))
+    ax.set_yticks(range(len(rows)), rows)
     ax.xaxis.tick_top()
     ax.grid(False)
-    return values
 
 
 @styled()
 def what_sets_what(table):
     """Exponents of ``changes.exponents(name)`` as a table of coloured cells."""
-    parts, quantities = list(_numbers(table)), list(next(iter(table.values())))
+    parts, quantities, values = _read(table)
     fig = new_figure(8.5, 0.9 + 0.42 * len(parts))
 
     def words(value):
         return f"{value:+.1f}" if abs(value) >= 0.05 else "0"
 
     colours = dict(cmap="RdBu_r", vmin=-1, vmax=1)
-    values = _draw_cells(fig.subplots(), table, quantities, words, 0.65, **colours)
+    _draw_cells(fig.subplots(), parts, quantities, values, words, 0.65, **colours)
     strong = "; ".join(
         f"{quantities[j]} with {parts[i]}" for i, j in np.argwhere(np.abs(values) > STRONG)
     )
@@ -164,15 +156,17 @@ def what_sets_what(table):
 @styled()
 def pushed(table):
     """Which extremes of Fig 16 an ensemble meets under each push: rows of `tick_hits`."""
-    first = next(iter(_numbers(table).values()))
-    keys = [key for key in _all_of("table[...]", first, EVENT) if key.startswith("16")]
-    fig = new_figure(8.5, 1.2 + 0.34 * len(table))
-    shares = _draw_cells(fig.subplots(), table, keys, "{:.0%}".format, 0.6, size=9, **SHARES)
+    rows, columns, shares = _read(table)
+    _all_of("table[...]", table[rows[0]], EVENT)
+    of_16 = [k for k, key in enumerate(columns) if str(key).startswith("16")]
+    keys, shares = [columns[k] for k in of_16], shares[:, of_16]
+    fig = new_figure(8.5, 1.2 + 0.34 * len(rows))
+    _draw_cells(fig.subplots(), rows, keys, shares, "{:.0%}".format, 0.6, size=9, **SHARES)
     event = [keys.index(key) for key in EVENT]
     at_once = int((shares[:, event].min(axis=1) >= 0.5).sum())
     return describe(
         fig,
-        f"Of {len(table)} pushes, {at_once} meet {', '.join(EVENT)} together.",
+        f"Of {len(rows)} pushes, {at_once} meet {', '.join(EVENT)} together.",
         "Rows: pushes. Columns: the extremes of Fig 16, dark where most runs lie in the printed tick.",
     )
 

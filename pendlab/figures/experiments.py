@@ -7,8 +7,7 @@ from .._arguments import instance
 from ..bench.simulation import Run
 from ..paper.experiment import FIGURES, bench_ensemble, signals, tick_hits, tick_intervals, window
 from ..paper.ledger import published
-from .picture import live
-from .style import COLORS, look, new_figure, styled
+from .style import COLORS, describe, look, new_figure, styled
 from .traces import LABELS, draw_traces
 
 PERCENTILES = (5, 95)
@@ -36,52 +35,37 @@ def experiment(number, run=None):
     axes = fig.subplots(2, 2).ravel()
     for ax in axes[len(panels) :]:
         ax.set_visible(False)
-
-    def compute(*runs):
-        return runs, tick_hits(name, runs)
-
-    def draw(data):
-        runs, hits = data
-        moves = []
-        for ax, panel in zip(axes, panels, strict=False):
-            _draw_ticks(ax, panel, ticks, hits)
-            if len(runs) > 1:
-                _draw_band(ax, runs, number, panel)
-            moves.append(_draw_run(ax, runs[0], number, panel))
-
-        def move(data):
-            for one in moves:
-                one(data[0][0])
-
-        return [move]
-
-    def say(data, *runs):
-        if len(runs) == 1 and runs[0].fell:
-            text = f"Fig {number}. It falls at {runs[0].fell_at:.2f} s."
-            return text, text
-        missed = [key for key in ticks if data[1][key] < 0.5]
-        which = f"all but {', '.join(missed)}" if missed else "every one of them"
-        many = len(runs) > 1
-        shown = "5 to 95 % of the runs as bands, one of them as lines. " if many else ""
-        return (
-            f"Fig {number}. In simulation, {SHOWS[number]}: {len(ticks) - len(missed)} of the "
-            f"{len(ticks)} extremes lie within the tick that the printed axes allow"
-            f"{' in at least half of the runs' if many else ''}: {which}.",
-            f"Panels over time in the paper's axes: {'; '.join(map(LABELS.get, panels))}. {shown}"
-            "Shaded at the edges is where each extreme must lie; hatched, where it does not.",
-        )
-
-    return live(fig, draw, compute, say, *runs)
+    hits = tick_hits(name, runs)
+    for ax, panel in zip(axes, panels, strict=False):
+        _draw_ticks(ax, panel, ticks, hits)
+        if len(runs) > 1:
+            _draw_band(ax, runs, number, panel)
+        _draw_run(ax, runs[0], number, panel)
+    if len(runs) == 1 and runs[0].fell:
+        text = f"Fig {number}. It falls at {runs[0].fell_at:.2f} s."
+        return describe(fig, text, text)
+    missed = [key for key in ticks if hits[key] < 0.5]
+    which = f"all but {', '.join(missed)}" if missed else "every one of them"
+    many = len(runs) > 1
+    shown = "5 to 95 % of the runs as bands, one of them as lines. " if many else ""
+    return describe(
+        fig,
+        f"Fig {number}. In simulation, {SHOWS[number]}: {len(ticks) - len(missed)} of the "
+        f"{len(ticks)} extremes lie within the tick that the printed axes allow"
+        f"{' in at least half of the runs' if many else ''}: {which}.",
+        f"Panels over time in the paper's axes: {'; '.join(map(LABELS.get, panels))}. {shown}"
+        "Shaded at the edges is where each extreme must lie; hatched, where it does not.",
+    )
 
 
 def _draw_run(ax, run, number, panel):
-    """One run in the paper's axes and ticks; returns what moves it."""
+    """One run in the paper's axes and ticks."""
     ends = [published(f"fig{number}{panel}.{axis}_axis").values for axis in "ty"]
     for name, axis in (("t", ax.xaxis), ("y", ax.yaxis)):
         step = float(published(f"fig{number}{panel}.{name}_tick").values)
         axis.set_major_locator(MultipleLocator(step))
     ax.set_title(f"{number}{panel}", loc="left")
-    return draw_traces(ax, run, panel, *ends)
+    draw_traces(ax, run, panel, *ends)
 
 
 def _draw_band(ax, runs, number, panel):

@@ -13,7 +13,6 @@ import numpy as np
 from ..loop import ON_CIRCLE, sorted_eigenvalues
 from ..nyquist import Encirclements, contour, encirclements
 from .frequency import CRITICAL
-from .picture import follow
 from .sketch import arrowheads, point
 from .style import COLORS, look
 
@@ -94,80 +93,50 @@ UNDER = dict(loc="upper center", bbox_to_anchor=(0.5, 0.01), frameon=False)  # t
 
 
 def _draw_halves(ax, data, near, values, heads):
-    """`values(data)` of the upper half and their conjugates; arrowheads at `heads` of each."""
-    arrows = [arrowheads(ax, len(at), look["color"]) for at, look in zip(heads, HALVES)]
-
-    def pieces(data):
-        half = _mapped(values(data), near)
-        bend = np.abs(data.z) > 1 + 1e-12
-        on, arc = half[~bend], half[bend]
-        return on, on[::-1].conj(), np.concatenate([arc[::-1].conj(), arc])
-
-    move = follow(ax, HALVES, data, pieces)
-
-    def update(data):
-        move(data)
-        for one, piece, at in zip(arrows, pieces(data), heads, strict=True):
-            point(ax, one, [piece], at)
-
-    return update
+    """Both halves and the arc of the upper half's `values`, with arrowheads at fractions of each."""
+    half = _mapped(values, near)
+    bend = np.abs(data.z) > 1 + 1e-12
+    on, arc = half[~bend], half[bend]
+    pieces = on, on[::-1].conj(), np.concatenate([arc[::-1].conj(), arc])
+    for piece, style, at in zip(pieces, HALVES, heads, strict=True):
+        ax.plot(piece.real, piece.imag, **style)
+        point(ax, arrowheads(ax, len(at), style["color"]), [piece], at)
 
 
 def draw_turns(ax, data):
-    """The whole curve round the critical point, its ray and numbered crossings; update(data)."""
+    """The whole curve round the critical point, its ray and numbered crossings."""
     top = np.ceil(np.log10(np.abs(data.closed).max()))
     _rings(ax, NEAR_CRITICAL, np.logspace(0, top, int(top) + 1), 150)
     ax.plot([0], [0], **look("critical", label=f"critical point ${data.critical:g}$"))
     heads = (0.12, 0.35, 0.6, 0.85), (0.15, 0.4, 0.65, 0.88), (0.25, 0.75)
-    move = _draw_halves(ax, data, NEAR_CRITICAL, lambda data: data.curve - data.critical, heads)
-    (ray,) = ax.plot([], [], color=COLORS["vermillion"], linewidth=1.2, zorder=4,
-                     label="ray on which the turns are counted")  # fmt: skip
+    _draw_halves(ax, data, NEAR_CRITICAL, data.curve - data.critical, heads)
+    if not data.integrators:
+        ax.lines[-1].set_label("no pole on the unit circle")
+    direction, radii, signs = data.ray
+    way = np.exp(1j * direction)
+    end = way * ax.get_xlim()[1]
+    ax.plot([0, end.real], [0, end.imag], color=COLORS["vermillion"], linewidth=1.2, zorder=4,
+            label="ray on which the turns are counted")  # fmt: skip
     disk = dict(boxstyle="circle,pad=0.2", facecolor=COLORS["vermillion"], edgecolor="white")
     name = dict(color="white", fontsize=10, ha="center", va="center", weight="bold", zorder=7)
-    dots = [ax.text(0, 0, "", bbox=disk, **name) for _ in range(8)]
+    for at, count in zip(way * compressed(radii, NEAR_CRITICAL), np.cumsum(signs)):
+        ax.text(at.real, at.imag, str(count), bbox=disk, **name)
     ax.set_title("its image, seen from the critical point")
-    bend = ax.legend(**UNDER).get_texts()[3]
-
-    def update(data):
-        move(data)
-        bend.set_text(HALVES[2]["label"] if data.integrators else "no pole on the unit circle")
-        direction, radii, signs = data.ray
-        way, edge = np.exp(1j * direction), ax.get_xlim()[1]
-        ray.set_data([0, edge * way.real], [0, edge * way.imag])
-        places = way * compressed(radii, NEAR_CRITICAL)
-        for dot in dots:
-            dot.set_visible(False)
-        for dot, at, count in zip(dots, places, np.cumsum(signs)):
-            dot.set(position=(at.real, at.imag), text=str(count), visible=True)
-
-    update(data)
-    return update
+    ax.legend(**UNDER)
 
 
 def draw_contour(ax, data):
-    """The contour round the unit circle with the open-loop poles, seen from z = 1; update(data)."""
+    """The contour round the unit circle with the open-loop poles, seen from z = 1."""
     _rings(ax, NEAR_ONE, [1e-4, 1e-2, 1], 55)
-    heads = (0.3, 0.75), (0.25, 0.7), (0.25, 0.75)
-    move = _draw_halves(ax, data, NEAR_ONE, lambda data: data.z - 1, heads)
+    _draw_halves(ax, data, NEAR_ONE, data.z - 1, ((0.3, 0.75), (0.25, 0.7), (0.25, 0.75)))
     cross = dict(marker="x", linestyle="none", markersize=9, markeredgewidth=2.2)
-    looks = [dict(color=COLORS["orange"], **cross), look("unstable", zorder=6)]
-
-    def poles(data):
-        return np.zeros(min(data.integrators, 1)), _mapped(data.unstable - 1, NEAR_ONE)
-
-    move_poles = follow(ax, looks, data, poles)
+    one = [0.0] if data.integrators else []
+    poles = _mapped(data.unstable - 1, NEAR_ONE)
+    marks = ax.plot(one, one, color=COLORS["orange"], **cross)
+    marks += ax.plot(poles.real, poles.imag, **look("unstable", zorder=6))
+    integrator = "integrator, $z=1$" if data.integrators else "no integrator at $z=1$"
+    ax.legend(marks, [integrator, f"{len(poles)} unstable open-loop poles"], **UNDER)
     ax.set_title("contour in the $z$-plane, seen from $z=1$")
-    legend = ax.legend(ax.lines[-2:], ["integrator", "unstable"], **UNDER)
-
-    def update(data):
-        move(data)
-        move_poles(data)
-        inside, unstable = legend.get_texts()
-        inside.set_text("integrator, $z=1$" if data.integrators else "no integrator at $z=1$")
-        unstable.set_text(f"{len(data.unstable)} unstable open-loop poles")
-
-    update(data)
-    return update
 
 
 def _rings(ax, near, distances, down):

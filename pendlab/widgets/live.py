@@ -89,19 +89,17 @@ def live_rig(design="triple"):
         design = paper_design(one_of("design", design, ("double", "triple")))
     if not isinstance(design, Design):
         raise TypeError(f'design: expected "double", "triple" or a pl.Design, {found(design)}.')
-    name = f"{design.rig.name} inverted pendulum"
-    script = (HERE / "live.js").read_text(encoding="utf-8")
-    kernel = to_javascript(
-        kernel_text(design.rig.n_links, design.rig.n_motors), skip=("constants",)
-    )
-    payload = base64.b64encode(json.dumps(packed(design)).encode()).decode()
+    kernel = kernel_text(design.rig.n_links, design.rig.n_motors)
+    # JSON has no infinity.
+    payload = json.dumps(packed(design), default=np.ndarray.tolist).replace("Infinity", '"inf"')
+    parts = {
+        "TITLE": f"{design.rig.name} inverted pendulum".capitalize(),
+        "KERNEL": to_javascript(kernel, skip=("constants",)),
+        "SCRIPT": (HERE / "live.js").read_text(encoding="utf-8"),
+        "PAYLOAD": base64.b64encode(payload.encode()).decode(),
+    }
     page = (HERE / "live.html").read_text(encoding="utf-8")
-    for mark, text in (
-        ("TITLE", name.capitalize()),
-        ("KERNEL", kernel),
-        ("SCRIPT", script),
-        ("PAYLOAD", payload),
-    ):
+    for mark, text in parts.items():
         page = page.replace(mark, text)
     return LiveRig(page, design)
 
@@ -123,36 +121,23 @@ def packed(design):
         {"kp": kp, "F": design.changed(kp=float(kp)).controller.F}
         for kp in (sorted({*GAINS, design.kp}) if design.kp is not None else ())
     ]
-    return _plain(
-        {
-            "names": ["θ₁", *(f"θ{b}−θ{a}" for a, b in pairwise("₁₂₃₄₅₆"[:n]))],
-            "colors": [link_color(i) for i in range(1, n + 1)],
-            "volt_colors": [look(f"u{j}")["color"] for j in range(1, m + 1)],
-            "lengths": [link.length for link in rig.links],
-            "u_max": rig.u_max,
-            "dt": design.dt,
-            "delay": bench.delay,
-            "inner": min(LARGEST_STEP, ACCURATE / fastest_rate(rig, bench), design.dt),
-            "start": start,
-            "T": o.T,
-            "law": law._asdict(),
-            "memory": memory._asdict(),
-            "plant": parts.plant._asdict(),
-            "stiff": stiff.plant.c,
-            "ports": parts.ports._asdict(),
-            "offset": bench.each("offset", n + 1),
-            "gains": gains,
-            "kp_at": next((i for i, g in enumerate(gains) if g["kp"] == design.kp), 0),
-        }
-    )
-
-
-def _plain(value):
-    """Arrays as lists, infinity as text (JSON has none), as deep as they go."""
-    if isinstance(value, dict):
-        return {key: _plain(entry) for key, entry in value.items()}
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, (list, tuple)):
-        return [_plain(entry) for entry in value]
-    return "inf" if value == np.inf else value
+    return {
+        "names": ["θ₁", *(f"θ{b}−θ{a}" for a, b in pairwise("₁₂₃₄₅₆"[:n]))],
+        "colors": [link_color(i) for i in range(1, n + 1)],
+        "volt_colors": [look(f"u{j}")["color"] for j in range(1, m + 1)],
+        "lengths": [link.length for link in rig.links],
+        "u_max": rig.u_max,
+        "dt": design.dt,
+        "delay": bench.delay,
+        "inner": min(LARGEST_STEP, ACCURATE / fastest_rate(rig, bench), design.dt),
+        "start": start,
+        "T": o.T,
+        "law": law._asdict(),
+        "memory": memory._asdict(),
+        "plant": parts.plant._asdict(),
+        "stiff": stiff.plant.c,
+        "ports": parts.ports._asdict(),
+        "offset": bench.each("offset", n + 1),
+        "gains": gains,
+        "kp_at": next((i for i, g in enumerate(gains) if g["kp"] == design.kp), 0),
+    }
