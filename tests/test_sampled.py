@@ -94,6 +94,15 @@ def test_alignment_leaves_two_unstable_eigenvalues_inside_its_interval(triple):
     assert pl.alignment_interval(pl.linearize(triple)) == (pytest.approx(low, rel=1e-6), np.inf)
 
 
+def test_interval_ends_where_the_count_rises_and_not_where_it_falls_again():
+    """s^3 + (2 + k) s^2 + (2 + k) s + 3.0025 + 6 k: stable but for (k - 0.95)(k - 1.05) < 0 (Routh)."""
+    A, C = np.diag([1.0, 1.0], 1), np.zeros((3, 3))
+    A[2], C[2] = (-3.0025, -2.0, -2.0), (6.0, 1.0, 1.0)
+    model = control.ss(A, np.eye(3)[:, 1:] * [0.0, 1.0], C, np.zeros((3, 2)))
+    low, high = pl.alignment_interval(model)
+    assert low == 0 and high == pytest.approx(0.95, abs=1e-9)
+
+
 @given(rigs(), st.data())
 def test_integrator_structure(rig, data):
     model = pl.sample(pl.linearize(rig))
