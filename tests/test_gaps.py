@@ -1,13 +1,17 @@
 """Gaps of the student edition: how they are written, and that Run All reaches the end with them."""
 
+import re
+
 import nbformat
 import pytest
 from classroom import original
 from IPython.core.interactiveshell import InteractiveShell
 from nbclient import NotebookClient
+from nbformat.v4 import new_code_cell
 from refresh_notebooks import ROOT, notebooks
 
 import pendlab as pl
+from pendlab.classroom import exercises as paper
 from pendlab.classroom import gaps
 from pendlab.classroom.editions import student
 
@@ -75,7 +79,7 @@ def run(monkeypatch, capsys):
     def cell(source):
         result = shell.run_cell(source)
         assert result.success, result.error_in_exec or result.error_before_exec
-        return capsys.readouterr().out.replace("\n", " ").strip()
+        return capsys.readouterr().out.strip()
 
     return cell
 
@@ -126,13 +130,49 @@ def test_nbgrader_marks_without_it(monkeypatch):
     assert not shell.ast_transformers
 
 
+def touched(notebook):
+    """Cells of the student's edition that a gap or a check reaches, and those that they need."""
+    gapped = {cell.id for cell in notebook.cells if paper.has_solution(cell)}
+    cells = [cell for cell in student(notebook).cells if cell.cell_type == "code"]
+    waiting, found, wanted = set(), set(), set()
+    for cell in cells:
+        reads, binds = gaps.names(cell.source)
+        if cell.id in gapped or "-check" in cell.id or reads & waiting:
+            found.add(cell.id)
+            waiting |= binds
+    for cell in reversed(cells):
+        reads, binds = gaps.names(cell.source)
+        if cell.id in found or binds & wanted:
+            found.add(cell.id)
+            wanted = wanted - binds | reads
+    return [cell for cell in cells if cell.id in found]
+
+
+def test_touched_cells_are_those_that_a_gap_reaches_and_what_they_read():
+    notebook = original()
+    notebook.cells.insert(2, new_code_cell("unread = 1", id="90-unread"))
+    notebook.cells.append(new_code_cell("print(k)", id="90-last"))
+    solutions = {"ex1-solution", "ex1-check", "ex2-solution", "ex2-check"}
+    assert {cell.id[3:] for cell in touched(notebook)} == {"given", "between"} | solutions
+
+
 @pytest.mark.parametrize("path", REAL.values(), ids=REAL.keys())
-def test_released_notebook_runs_to_its_end(path):
-    """As a student's first Run All: no error, each check says in one line that it has no answer."""
+def test_released_notebook_runs_to_its_end(run, monkeypatch, path):
+    """As a student's first Run All: no error, each check says in one line that it has no answer.
+
+    Cells that no gap reaches do what they do in the solved notebook, which is run as it stands.
+    """
+    monkeypatch.chdir(path.parent)
+    for cell in touched(nbformat.read(path, as_version=4)):
+        said = run(cell.source)
+        if "pl.check(" in cell.source and "-check" in cell.id:
+            assert re.fullmatch(r"(Out\[\d+\]: )?Not answered yet: .+", said), cell.id
+
+
+def test_released_notebook_runs_to_its_end_in_a_kernel():
+    path = ROOT / "notebooks" / "00_start_here.ipynb"
     edition = student(nbformat.read(path, as_version=4))
     folder = {"metadata": {"path": str(path.parent)}}
     NotebookClient(edition, timeout=300, kernel_name="python3", resources=folder).execute()
-    for cell in edition.cells:
-        if "pl.check(" in cell.source and "-check" in cell.id:
-            assert printed(cell).startswith("Not answered yet: "), cell.id
-            assert "\n" not in printed(cell).strip()
+    checks = [cell for cell in edition.cells if cell.id.endswith("-check")]
+    assert checks and all(printed(cell).startswith("Not answered yet: ") for cell in checks)
