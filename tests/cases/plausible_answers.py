@@ -195,12 +195,12 @@ def tube_length(arm=12, weight=True):
     return brentq(gain, 0.5 if arm == 12 else 0.2, 1.5)
 
 
-def bend(shape=(0, 1), share=0.05):
+def bend(shape=(0, 1), share=0.05, entries=slice(None)):
     f, A = pl.nonlinear(pl.load("double")), pl.paper_design("double").plant.A
 
     def error(angle):
         x = angle * np.array([*shape, 0, 0])
-        return np.linalg.norm(A @ x - f(x, 0)) / np.linalg.norm(f(x, 0))
+        return np.linalg.norm((A @ x - f(x, 0))[entries]) / np.linalg.norm(f(x, 0)[entries])
 
     return brentq(lambda angle: error(angle) - share, 1e-3, 1.5)
 
@@ -784,6 +784,8 @@ WRONG = {
         (lambda: (bend((1, 0)),), "it leans"),
         (lambda: (np.degrees(bend()),), "degrees"),
         (lambda: (bend(share=0.5),), "50 %"),
+        (lambda: (bend(entries=[2]),), "link 1 alone"),
+        (lambda: (bend(entries=[3]),), "together"),
     ],
     "02.6": [
         (lambda: alone()[1:], "factor"),

@@ -80,7 +80,7 @@ def exercise_3(longest, rig=None):
         yield f"Without filters the smaller modulus margin is {here:.3f} there, under {MARGIN}."
     if beyond >= MARGIN:
         yield f"Still {here:.3f} there, and {beyond:.3f} at a period 5 % longer: go on."
-    return f"The smaller margin is {here:.3f}, and under {MARGIN} 5 % further on."
+    return f"The smaller margin is {here:.3f}; a period longer by 5 % takes it below {MARGIN}."
 
 
 @on("triple", who="your name")

@@ -27,7 +27,7 @@ def exercise_1(rig):
 def exercise_2(rig):
     """Time in which a falling pendulum's deviation doubles, s."""
     fast, slow = growth(rig)[:2]
-    yield np.log(2) / fast, "Some tens of samples of 10 ms: little time, but enough."
+    yield np.log(2) / fast, "About fifteen samples of 10 ms: little time, but enough."
     yield fast, "That is the eigenvalue itself, in 1/s; solve e^(s t) = 2 for t."
     yield np.log(2) / growth(load("triple"))[0], "That is the triple; the double is asked for."
     yield 1 / fast, "In that time it grows by a factor e; doubling is less."
