@@ -52,7 +52,7 @@ def test_caption_names_the_upper_link(study):
 
 
 def test_wrong_number_of_bars_is_named(study):
-    with pytest.raises(ValueError, match="added: expected shape 2"):
+    with pytest.raises(ValueError, match="added: expected 2 numbers"):
         study.of([0.1])
     with pytest.raises(TypeError, match="rig"):
         bar_study("double")

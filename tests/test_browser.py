@@ -326,6 +326,21 @@ def test_slider_that_moves_nothing_is_disabled_and_says_why(widgets):
     assert turn.is_enabled() and not face.locator("small:has-text('alpha = beta')").count()
 
 
+def test_a_halted_pendulum_stays_halted_while_sliders_move(widgets):
+    page, _ = widgets
+    face = face_of(page, 'bench_panel("double")')
+    face.locator(".beside button").click()
+    drawing = face.locator(".beside svg")
+    halted = drawing.evaluate("svg => svg.getCurrentTime()")
+    pressed(page, face, face.locator("input[type=range]:enabled").first, "PageUp")
+    go_on = face.locator(".beside button:text-is('Go on')")
+    go_on.wait_for(timeout=30_000)
+    clock = "svg => [svg.animationsPaused(), svg.getCurrentTime()]"
+    assert drawing.evaluate(clock) == [True, pytest.approx(halted, abs=0.01)]
+    go_on.click()
+    assert drawing.evaluate(clock)[0] is False
+
+
 def test_values_stay_where_the_code_put_them(widgets):
     """After Run All the browser reports, late, where it drew the slider; that must change nothing."""
     page, _ = widgets

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from .._arguments import array, found, instance, number
+from .._arguments import array, found, instance, numbers
 from ..parameters import Pendulum
 from ..studies.controllability import ControllabilityMeasures, controllability_measures, with_bar
 from .moving import check_rig, link_color
@@ -27,10 +27,8 @@ class BarStudy:
 
     def of(self, added):
         """The 3 factors with bars on all links at once; `added` has one inertia for each link."""
-        added = array("added", added, (self.rig.n_links,))
-        rig = self.rig
-        for link, inertia in enumerate(added, 1):
-            inertia = number(f"added[{link - 1}]", float(inertia), least=0, most=1e6)
+        rig, links = self.rig, self.rig.n_links
+        for link, inertia in enumerate(numbers("added", added, links, least=0, most=1e6), 1):
             rig = with_bar(rig, link, inertia)
         return _factors(self.bare, controllability_measures(rig))
 
@@ -105,7 +103,8 @@ def bars(study, added=None, width=9.6, height=4.0):
     (link, inertia, factor), (tilt_link, tilt_inertia, tilt_factor) = map(study.best, (1, 2))
 
     def compute(added):
-        return study.of(added), array("added", added, (study.rig.n_links,))
+        added = numbers("added", added, study.rig.n_links)
+        return study.of(added), added
 
     def draw(data):
         moves = [draw_bars(ax, study, panel) for panel, ax in enumerate(axes)]

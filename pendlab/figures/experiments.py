@@ -33,10 +33,10 @@ def experiment(number, run=None):
         )
     fig = new_figure(9.5, 5.6)
     axes = fig.subplots(2, 2).ravel()
+    hits = tick_hits(name, runs)
     for ax in axes[len(panels) :]:
         ax.set_visible(False)
-    hits = tick_hits(name, runs)
-    for ax, panel in zip(axes, panels, strict=False):
+    for ax, panel in zip(axes, panels):
         _draw_ticks(ax, panel, ticks, hits)
         if len(runs) > 1:
             _draw_band(ax, runs, number, panel)

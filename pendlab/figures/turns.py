@@ -44,22 +44,17 @@ class FullNyquist:
         Anticlockwise crossings count +1; of the directions tried, the one with fewest crossings and
         among these the widest spaced.
         """
-        phase = np.unwrap(np.angle(self.closed))
-        radius = compressed(np.abs(self.closed), NEAR_CRITICAL)
+        phase, distance = np.unwrap(np.angle(self.closed)), np.abs(self.closed)
+        signs = np.diff(np.floor((phase - RAYS[:, None]) / (2 * np.pi))).astype(int)
+        crossings = [np.flatnonzero(row) for row in signs]
 
-        def crossings(direction):
-            turn = np.floor((phase - direction) / (2 * np.pi))
-            k = np.flatnonzero(np.diff(turn))
-            return k, np.diff(turn)[k]
+        def merit(i):
+            places = np.sort(compressed(distance[crossings[i]], NEAR_CRITICAL))
+            return -len(places), np.diff(places).min(initial=np.inf)
 
-        def merit(direction):
-            k, _ = crossings(direction)
-            spread = np.diff(np.sort(radius[k])).min() if len(k) > 1 else 0.0
-            return -len(k), spread
-
-        best = max(RAYS, key=merit)
-        k, signs = crossings(best)
-        return float(best), np.abs(self.closed[k]), signs.astype(int)
+        best = max(range(len(RAYS)), key=merit)
+        k = crossings[best]
+        return float(RAYS[best]), distance[k], signs[best, k]
 
 
 def full_nyquist(loop, points=1200):

@@ -16,11 +16,15 @@ from .panel import Panel
 from .parts import Choice, Slider, Switch, View
 
 WINDOWS = {
-    "double": {"0 to 8 s": (0, 8), "10 to 18 s (Fig 17)": (10, 18), "0 to 37 s": (0, 37)},
+    "double": {
+        "0 to 8 s": (0.0, 8.0),
+        "10 to 18 s (Fig 17)": (10.0, 18.0),
+        "0 to 37 s": (0.0, 37.0),
+    },
     "triple": {
-        "0 to 7 s (Fig 15)": (0, 7),
-        "30 to 37 s (Fig 16)": (30, 37),
-        "0 to 37 s": (0, 37),
+        "0 to 7 s (Fig 15)": (0.0, 7.0),
+        "30 to 37 s (Fig 16)": (30.0, 37.0),
+        "0 to 37 s": (0.0, 37.0),
     },
 }
 HARDEST = 10.0  # N m, of the pushes tried
@@ -30,8 +34,7 @@ def bench_panel(name="triple"):
     """The paper's controller on the bench of ``data/gearbox.toml``, all of it within reach."""
     design = paper_design(name)
     rig, controller = design.rig, design.controller
-    windows = {label: tuple(map(float, ends)) for label, ends in WINDOWS[name].items()}
-    controls = bench_controls(rig, windows)
+    controls = bench_controls(rig, WINDOWS[name])
     shown = []
 
     def run(values):
@@ -53,7 +56,7 @@ def bench_panel(name="triple"):
     start = {c.name: c.value for group in controls.values() for c in group}
     fig = bench_page(run(start), start["window"])
     switches = [c.name for group in controls.values() for c in group if isinstance(c, Switch)]
-    push = {"link": rig.n_links, "height": 0.05, "at": windows[next(iter(windows))][0] + 3}
+    push = {"link": rig.n_links, "height": 0.05, "at": start["window"][0] + 3}
     return Panel(
         f"The {name} on the bench",
         controls,
@@ -68,7 +71,7 @@ def bench_panel(name="triple"):
             "Traces: what the computer reads and sends. Right: the pendulum in real time.",
         ),
         presets={
-            "Bench": dict(start),
+            "Bench": start,
             "Ideal rig": dict.fromkeys(switches, False),
             "A push": push,
         },

@@ -125,13 +125,17 @@ function render({ model, el }) {
     if (state.progress) [progress.value, progress.max] = state.progress;
   }
   function accompany() {
-    const hidden = beside.querySelector("details:not([open])");
+    const before = beside.querySelector("details");
     beside.innerHTML = model.get("beside");
+    const now = beside.querySelector("details");
+    if (before && now) {  // a moving picture that was hidden or halted stays so
+      now.open = before.open;
+      Object.assign(now.dataset, before.dataset);
+    }
     for (const still of beside.querySelectorAll("script")) {  // one that came as text does not run
       const script = make("script", {}, still.textContent);
       still.replaceWith(script);
     }
-    if (hidden) beside.querySelector("details").open = false;
   }
   let address;
   function paint() {

@@ -61,6 +61,7 @@ class Panel:
         first=None,
     ):
         groups = controls if isinstance(controls, dict) else {"More": controls}
+        lines = items("legend", legend, "texts")
         self.title, self.view = text("title", title), instance("view", view, View)
         self.controls = _named(groups)
         self._values = {name: control.value for name, control in self.controls.items()}
@@ -76,10 +77,7 @@ class Panel:
                 "title": title,
                 "groups": self._groups(groups, first),
                 "buttons": [*self.presets, *self.actions],
-                "legend": [
-                    *(text("legend", line) for line in items("legend", legend, "texts")),
-                    KEYS,
-                ],
+                "legend": [*(text("legend", line) for line in lines), KEYS],
                 "width": self._picture.size[0],
                 "still": f"pendlab-{token_hex(4)}",
                 "continuous": flag("continuous", continuous),
@@ -146,11 +144,9 @@ class Panel:
 
     def _moved(self, hand):
         """What a hand did in the browser."""
-        dpi = 100 * min(
-            max(float(hand.get("ratio", 1)), 1.0), 2.0
-        )  # as many dots as the screen has
-        if dpi != self.view.figure.dpi:
-            self.view.figure.set_dpi(dpi)
+        dots = min(max(float(hand.get("ratio", 1)), 1.0), 2.0)  # of the screen for each of ours
+        if 100 * dots != self.view.figure.dpi:
+            self.view.figure.set_dpi(100 * dots)
             self._picture = Picture(self.view.figure, self.view.moving)
         if hand.get("button") in self.actions:
             self.act(hand["button"])
@@ -166,7 +162,7 @@ class Panel:
     def _wanted(self, hand):
         """The values that a hand asks for."""
         if "button" in hand:
-            return self._checked(self.presets[hand["button"]])
+            return self.presets[hand["button"]]
         if "name" not in hand:
             return {}
         control = self.controls[hand["name"]]
@@ -185,12 +181,13 @@ class Panel:
 
     def _known(self, presets):
         """The presets, if each moves controls that are there to values that they can take."""
-        for name, values in mapping("presets", presets, '{"Start": {"k_p": 10}}', least=0).items():
+        known = dict(mapping("presets", presets, '{"Start": {"k_p": 10}}', least=0))
+        for name, values in known.items():
             try:
-                self._checked(mapping("values", values, '{"k_p": 10}'))
+                known[name] = self._checked(mapping("values", values, '{"k_p": 10}'))
             except (TypeError, ValueError) as problem:
                 raise type(problem)(f"presets[{name!r}]: {problem}") from None
-        return presets
+        return known
 
     # What is shown
 
@@ -221,7 +218,7 @@ class Panel:
         words = (told.get("lead") or self.caption).split("\n")
         self._widget.state = {
             "values": {
-                name: _sent(control, self._values[name]) for name, control in self.controls.items()
+                name: _sent(self.controls[name], self._values[name]) for name in self._values
             },
             "idle": self.view.idle(self.values) if self.view.idle else {},
             "verdict": told.get("verdict"),
