@@ -247,10 +247,10 @@ def margins(loop, points=2000):
 
     omega = loop_frequencies(loop, points)
     L = L_at(omega)
-    # At pi/dt the imaginary part is zero up to rounding: no sign to compare, a crossing by itself.
-    real_axis = [*crossings(omega[:-1], L.imag[:-1], lambda w: at(w).imag), omega[-1]]
-    if np.abs(on_circle(loop.A) - 1).min() > ON_CIRCLE:
-        real_axis.insert(0, 0.0)
+    # At both ends the imaginary part is zero up to rounding: no sign to compare, crossings anyway.
+    rest = int(omega[0] == 0)
+    inside = crossings(omega[rest:-1], L.imag[rest:-1], lambda w: at(w).imag)
+    real_axis = [*omega[:rest], *inside, omega[-1]]
     real = [(at(w).real, w) for w in real_axis]
     up = min(((-1 / x, w) for x, w in real if -1 <= x < 0), default=(np.inf, np.nan))
     down = max(((-1 / x, w) for x, w in real if x <= -1), default=(0.0, np.nan))
@@ -292,9 +292,10 @@ def frequency_grid(dt, points=1500, lowest=1e-3, eigenvalues=()):
 
 
 def loop_frequencies(loop, points=2000):
-    """`frequency_grid` for a loop, its own eigenvalues opened and closed among the frequencies."""
-    values = [on_circle(loop.A), np.linalg.eigvals(loop.A - loop.B @ loop.C)]
-    return frequency_grid(loop.dt, points, eigenvalues=np.concatenate(values))
+    """`frequency_grid` for a loop, of its eigenvalues opened and closed; from 0 if no pole is there."""
+    opened, closed = on_circle(loop.A), np.linalg.eigvals(loop.A - loop.B @ loop.C)
+    omega = frequency_grid(loop.dt, points, eigenvalues=np.concatenate([opened, closed]))
+    return omega if np.abs(opened - 1).min() <= ON_CIRCLE else np.append(0.0, omega)
 
 
 def least(function, omega):

@@ -115,6 +115,14 @@ def test_structured_change_reaches_the_circle_and_no_smaller_one_does(loop):
         assert np.abs(d2).min() > 0.98 * found.value
 
 
+def test_structured_margin_is_used_up_at_rest():
+    """x+ = 1.5 x + u, u = -0.5 x beside a loop at ease: the eigenvalue 1 is met at frequency 0."""
+    found = pl.structured_margin(
+        control.ss(np.diag([1.5, 0.5]), np.eye(2), np.diag([0.5, 0.1]), 0, 0.01)
+    )
+    assert found.value == pytest.approx(0, abs=1e-12) and found.omega == 0 and not found.stable
+
+
 def test_structured_lies_between_the_unstructured_and_the_single_margins():
     L = pl.frequency_response(PAPER["triple"].filtered_loop, pl.frequency_grid(0.01, 300))
     Rd = np.eye(2) + L

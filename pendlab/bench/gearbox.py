@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from .._arguments import flag, instance, numbers
+from .._arguments import flag, instance, numbers, whole
 from ..parameters import DATA, Pendulum, entry, load, read_toml
 from .imperfections import Imperfections
 
@@ -19,17 +19,13 @@ def bench_imperfections(rig, *, foreign=False):
 
     ValueError for a rig that the file does not know, or a damaged entry.
     """
-    table, bench = _bench(rig)
-    n, gears = rig.n_links, _gears(table, rig, foreign)
-    sensors, hinges = table["sensors"], table["hinges"]
-    bits = _value(sensors, "bits", "1")
-    if bits not in range(1, 33):
-        raise ValueError(
-            f"{_path()}: entry 'bits': expected a whole number from 1 to 32, found {bits:g}."
-        )
+    table, bench, gears = _bench(rig, foreign)
+    n, sensors, hinges = rig.n_links, table["sensors"], table["hinges"]
+    bits = whole(_named("bits"), entry(_path(), sensors, "bits", "1"), least=1, most=32)
 
-    def step(key, unit):
-        return 2 * _value(sensors, key, unit) / 2**bits
+    def outputs(key):
+        angle = _value(sensors, f"angle_{key}", "rad")
+        return (angle,) * n + (_value(sensors, f"rate_{key}", "rad/s"),)
 
     def each(key, unit):
         return tuple(_value(gear, key, unit) for gear in gears)
@@ -37,12 +33,11 @@ def bench_imperfections(rig, *, foreign=False):
     return Imperfections(
         filters=True,
         saturation=True,
-        resolution=(step("angle_range", "rad"),) * n + (step("rate_range", "rad/s"),),
-        voltage_resolution=step("voltage_range", "V"),
+        resolution=tuple(2 * reach / 2**bits for reach in outputs("range")),
+        voltage_resolution=2 * _value(sensors, "voltage_range", "V") / 2**bits,
         delay=_value(bench, "delay", "s"),
         offset=_values(bench, "offset", "rad, rad/s", n + 1),
-        noise=(_value(sensors, "angle_noise", "rad"),) * n
-        + (_value(sensors, "rate_noise", "rad/s"),),
+        noise=outputs("noise"),
         hinge_friction=_values(hinges, "dry_friction", "N m")[:n],
         gear_friction=each("dry_friction", "N m"),
         gap=each("gap", "rad"),
@@ -50,25 +45,6 @@ def bench_imperfections(rig, *, foreign=False):
         contact_damping=each("contact_damping", "s/rad"),
         presliding=_value(hinges, "presliding", "rad"),
     )
-
-
-def _gears(table, rig, foreign):
-    """The entries of the rig's gearboxes; a gearbox is known by its ratio."""
-    gears = table.get("gearboxes", [])[: rig.n_motors]
-    if len(gears) < rig.n_motors:
-        raise ValueError(
-            f"{_path()}: describes {len(gears)} gearboxes, found a rig with {rig.n_motors} motors."
-        )
-    if flag("foreign", foreign):
-        return gears
-    for j, (motor, paper) in enumerate(zip(rig.motors, load("triple").motors), 1):
-        if motor.ratio != paper.ratio:
-            raise ValueError(
-                f"rig: the bench describes the paper's gearboxes, number {j} with a ratio of "
-                f"{paper.ratio:g}, found {motor.ratio:g}; build pl.Imperfections(...) for your own, or "
-                "say foreign=True to take the paper's play and friction."
-            )
-    return gears
 
 
 def bench_rig(rig, *, foreign=False):
@@ -82,26 +58,27 @@ def bench_rig(rig, *, foreign=False):
     >>> pl.bench_rig(paper).motors[0].damping > paper.motors[0].damping
     True
     """
-    table, _ = _bench(rig)
+    _, _, gears = _bench(rig, foreign)
     motors = tuple(
         replace(motor, damping=motor.damping * _value(gear, "damping_factor", "1"))
-        for motor, gear in zip(rig.motors, _gears(table, rig, foreign))
+        for motor, gear in zip(rig.motors, gears)
     )
     return replace(rig, motors=motors)
 
 
 def bench_start(rig):
     """Relative angles (rad) from which Figs 15-17 are started by hand, from ``data/gearbox.toml``."""
-    _, bench = _bench(rig)
+    _, bench, _ = _bench(rig, foreign=True)
     return _values(bench, "start", "rad", rig.n_links)
 
 
-def _bench(rig):
-    """The whole file and the entries of the bench with this number of links."""
+def _bench(rig, foreign):
+    """The file, the entries of the bench with this number of links, and those of its gearboxes."""
     instance("rig", rig, Pendulum, 'pl.load("triple")')
     table = read_toml(_path())
-    benches = table.get("benches", {})
-    if f"{rig.n_links} links" not in benches:
+    benches, gears = table.get("benches", {}), table.get("gearboxes", [])[: rig.n_motors]
+    bench = benches.get(f"{rig.n_links} links")
+    if bench is None:
         raise ValueError(
             f"rig: {_path().name} knows benches with {', '.join(benches)}, found {rig.n_links} "
             "links; build pl.Imperfections(...) by hand."
@@ -109,15 +86,31 @@ def _bench(rig):
     for name in ("sensors", "hinges"):
         if name not in table:
             raise ValueError(f"{_path()}: section [{name}] is missing; restore it.")
-    return table, benches[f"{rig.n_links} links"]
+    if len(gears) < rig.n_motors:
+        raise ValueError(
+            f"{_path()}: describes {len(gears)} gearboxes, found a rig with {rig.n_motors} motors."
+        )
+    known = rig.motors if flag("foreign", foreign) else load("triple").motors
+    for j, (motor, paper) in enumerate(zip(rig.motors, known), 1):
+        if motor.ratio != paper.ratio:
+            raise ValueError(
+                f"rig: the bench describes the paper's gearboxes, number {j} with a ratio of "
+                f"{paper.ratio:g}, found {motor.ratio:g}; build pl.Imperfections(...) for your own, or "
+                "say foreign=True to take the paper's play and friction."
+            )
+    return table, bench, gears
 
 
 def _path():
     return DATA / "gearbox.toml"
 
 
+def _named(key):
+    return f"{_path()}: entry {key!r}"
+
+
 def _values(part, key, unit, count=None):
-    return numbers(f"{_path()}: entry {key!r}", entry(_path(), part, key, unit), count)
+    return numbers(_named(key), entry(_path(), part, key, unit), count)
 
 
 def _value(part, key, unit):

@@ -74,8 +74,8 @@ class Imperfections:
         number("presliding", self.presliding, above=0, least=1e-9)
         number("start_torque_time", self.start_torque_time, above=0, least=1e-9)
         whole("seed", self.seed)
-        for name in PER_OUTPUT | PER_LINK | PER_HINGE | PER_MOTOR:
-            least = None if name in SIGNED else 0
+        for name in SEVERAL:
+            least = None if name in ("offset", "start_torque") else 0
             values = numbers(name, getattr(self, name), least=least)
             # Tuples, so that equal settings compare equal; a single number stays one.
             single = isinstance(getattr(self, name), (Real, np.number))
@@ -87,19 +87,15 @@ class Imperfections:
 
     def each(self, name, count):
         """The entry `name` as an array with `count` values."""
-        known = sorted(PER_OUTPUT | PER_LINK | PER_HINGE | PER_MOTOR)
-        value = getattr(self, one_of("name", name, known))
+        value = getattr(self, one_of("name", name, SEVERAL))
         whole("count", count, least=1, most=1000)
         if np.ndim(value) == 0:
             return np.full(count, float(value))
         return np.array(numbers(name, value, count=count))
 
 
-PER_OUTPUT = {"resolution", "offset", "noise"}
-PER_LINK = {"start_torque"}
-PER_HINGE = {"hinge_friction"}
-PER_MOTOR = {"voltage_resolution", "gear_friction", "gap", "contact_stiffness", "contact_damping"}
-SIGNED = {"offset", "start_torque"}
+# Entries with one value per output, link, hinge or motor.
+SEVERAL = [field.name for field in fields(Imperfections) if field.type == float | tuple]
 
 
 @dataclass(frozen=True)
@@ -123,8 +119,3 @@ class Pulse:
         number("Pulse start", self.start, least=0)
         number("Pulse length", self.length, above=0)
         number("Pulse height", self.height)
-
-
-def switches():
-    """Names of the entries of `Imperfections`, in the order of the dataclass."""
-    return [field.name for field in fields(Imperfections)]

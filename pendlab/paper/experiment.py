@@ -10,10 +10,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from .._arguments import found, instance, number, numbers, whole
+from .._arguments import found, instance, number, whole
 from ..bench.arguments import one_of
 from ..bench.gearbox import bench_imperfections, bench_rig, bench_start
 from ..bench.imperfections import Imperfections
+from ..bench.inputs import initial_state
 from ..bench.many import simulate_many
 from ..bench.simulation import Run, simulate
 from ..models import angle_names
@@ -69,21 +70,13 @@ def bench_ensemble(
     whole("count", count, least=1, most=10_000)
     number("spread", spread, least=0, most=np.pi)
     whole("seed", seed, most=2**62)
-    if rig is not None:
-        instance("rig", rig, Pendulum, "pl.bench_rig(...)")
-    if imperfections is not None:
-        instance("imperfections", imperfections, Imperfections)
-    start = numbers("initial", bench_start(paper) if initial is None else initial)
-    n = paper.n_links
-    if len(start) not in (n, 2 * n) or np.abs(start[:n]).max() > np.pi / 2:
-        raise ValueError(
-            f"initial: expected {n} angles below pi/2, with as many rates if wanted, {found(start)}."
-        )
     own = rig is None and initial is None and imperfections is None
-    rig = bench_rig(paper) if rig is None else rig
+    rig = instance("rig", bench_rig(paper) if rig is None else rig, Pendulum, "pl.bench_rig(...)")
     on = bench_imperfections(paper) if imperfections is None else imperfections
+    instance("imperfections", on, Imperfections)
+    start = initial_state(bench_start(paper) if initial is None else initial, paper.n_links)
     ensemble = _ensemble if own else _ensemble.__wrapped__
-    return ensemble(name, count, float(spread), seed, rig, start, on)
+    return ensemble(name, count, float(spread), seed, rig, tuple(start.tolist()), on)
 
 
 @lru_cache(maxsize=4)  # some 30 MB each: the bench as it is, not its changes
@@ -91,10 +84,8 @@ def _ensemble(name, count, spread, seed, rig, start, imperfections):
     draw, n = np.random.default_rng(seed), rig.n_links
     starts = np.tile(start, (count, 1))
     starts[:, :n] += draw.uniform(-spread, spread, (count, n))
-    cases = [
-        dict(initial=x0, imperfections=replace(imperfections, seed=seed + k))
-        for k, x0 in enumerate(starts)
-    ]
+    noisy = [replace(imperfections, seed=seed + k) for k in range(count)]
+    cases = [dict(initial=x0, imperfections=on) for x0, on in zip(starts, noisy)]
     controller, t_end = paper_design(name).controller, FIGURES[name][1]
     return simulate_many(rig, controller, t_end, cases, progress=False)
 
@@ -111,7 +102,7 @@ def tick_intervals(name):
     """
     intervals = {}
     for figure in FIGURES[_known(name)][0]:
-        for panel in _panels(name):
+        for panel in "abcd"[: 2 + paper_design(name).rig.n_motors]:
             low, high = map(float, published(f"fig{figure}{panel}.y_axis").values)
             tick = float(published(f"fig{figure}{panel}.y_tick").values)
             intervals[f"{figure}{panel} min"] = (low, round(low + tick, 9))
@@ -149,9 +140,9 @@ def extremes(name, run):
         for panel, traces in signals(run).items():
             inside = window(run, figure, panel)
             values = np.stack([trace[inside] for trace in traces.values()])
-            whole_panel = not run.fell and values.size
-            result[f"{figure}{panel} min"] = float(values.min()) if whole_panel else np.nan
-            result[f"{figure}{panel} max"] = float(values.max()) if whole_panel else np.nan
+            judged = values if not run.fell and values.size else np.array([np.nan])
+            result[f"{figure}{panel} min"] = float(judged.min())
+            result[f"{figure}{panel} max"] = float(judged.max())
     return result
 
 
@@ -171,10 +162,6 @@ def window(run, figure, panel="a"):
     """Which samples of a run a panel of the paper shows."""
     start, stop = published(f"fig{figure}{panel}.t_axis").values
     return (run.t > start - 1e-9) & (run.t < stop + 1e-9)
-
-
-def _panels(name):
-    return "abcd"[: 2 + paper_design(name).rig.n_motors]
 
 
 def _known(name):

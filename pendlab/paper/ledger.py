@@ -145,11 +145,9 @@ def _ledger(path):
 def _entry(table):
     if not isinstance(table, dict):
         raise TypeError(f"expected a table, {found(table)}.")
-    missing = [name for name in REQUIRED if name not in table]
-    unknown = [name for name in table if name not in FIELDS]
-    if missing or unknown:
-        wrong = [f"{name!r} is missing" for name in missing]
-        wrong += [f"{name!r} is not a field" for name in unknown]
+    wrong = [f"{name!r} is missing" for name in REQUIRED if name not in table]
+    wrong += [f"{name!r} is not a field" for name in table if name not in FIELDS]
+    if wrong:
         raise ValueError(f"{', '.join(wrong)}; the fields are {', '.join(FIELDS)}.")
     return Published(**table)
 

@@ -63,6 +63,36 @@ def test_on_circle_puts_back_what_rounding_moved(k, others):
     np.testing.assert_allclose(distances[k:], np.sort(np.abs(np.array(others) - 1)), atol=1e-6)
 
 
+def close_to_a_chain(k, away):
+    """k integrators in a row and a pole this far outside the circle, in coordinates that hide them."""
+    X = np.random.default_rng(k).standard_normal((k + 1, k + 1))
+    return X @ block_diag(chain(k), [[1 + away]]) @ np.linalg.inv(X)
+
+
+@pytest.mark.parametrize("away", [1e-2, 1e-3, 1e-4, 1e-5, 1e-6])
+@pytest.mark.parametrize("k", [2, 3])
+def test_a_pole_close_to_several_at_1_is_told_from_them_or_a_sentence(k, away):
+    """Never a wrong count; a sentence only where rounding moves the chain about as far."""
+    A = close_to_a_chain(k, away)
+    moved, counted = np.sort(np.abs(np.linalg.eigvals(A) - 1))[k - 1], 0
+    rng = np.random.default_rng(7)
+    for _ in range(20):
+        B, C = rng.standard_normal((k + 1, 1)), rng.standard_normal((1, k + 1))
+        loop = control.ss(A, B, C, 0, DT)
+        closed = np.abs(np.linalg.eigvals(A - B @ C))
+        if np.abs(closed - 1).min() < away / 100:
+            continue
+        try:
+            count = pl.encirclements(loop)
+        except ValueError as problem:
+            assert str(problem).startswith("loop: ")
+            continue
+        counted += 1
+        assert (count.unstable_open, count.unstable_closed) == (1, np.sum(closed > 1))
+        assert count.turns == 1 - count.unstable_closed
+    assert counted >= 15 or away < 100 * moved
+
+
 def test_on_circle_leaves_what_is_near_it():
     values = np.array([1 + 1e-5, 1 - 1e-5, 1 - 2e-5, 0.9999, 1.0000097])
     np.testing.assert_array_equal(on_circle(np.diag(values)), values)
