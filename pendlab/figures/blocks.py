@@ -10,6 +10,7 @@ import numpy as np
 from matplotlib.patches import Circle
 
 from .._arguments import number
+from .frequency import filter_lag
 from .moving import check_rig
 from .sketch import INK, arrow, box, canvas, line, note
 from .style import COLORS, angle_name, describe, look, styled
@@ -56,11 +57,9 @@ class Diagram:
         """The mark where a loop is broken, on a white gap of the line."""
         size = 0.085
         line(self.ax, (x - size, y), (x + size, y), color="white", linewidth=6, zorder=2.5)
-        for k in range(len(name)):
-            at = x + 0.19 * (k - (len(name) - 1) / 2)
-            for rise in (-size, size):
-                line(self.ax, (at - size, y - rise), (at + size, y + rise), color=CUT,
-                     linewidth=2.6, zorder=4)  # fmt: skip
+        at = x + 0.19 * (np.arange(len(name)) - (len(name) - 1) / 2)
+        cross = dict(marker="x", markersize=14, markeredgewidth=2.6, color=CUT)
+        self.ax.plot(at, np.full(len(at), y), linestyle="none", zorder=4, **cross)
         note(self.ax, x, y + 0.27, name, color=CUT, fontweight="bold")
 
     def names(self, *notes, **style):
@@ -69,29 +68,12 @@ class Diagram:
             note(self.ax, x, y, text, **style)
 
 
-def chain(diagram, left, right, y, signal, blocks):
-    """Blocks in a row at height y: `signal` enters the first, each names the signal behind it."""
-    gap = 0.75
-    pitch = (right - left - gap) / len(blocks)
-    names = [f"{k} at {y}" for k in range(len(blocks))]
-    for k, (text, _) in enumerate(blocks):
-        x = left + gap / 2 + (k + 0.5) * pitch
-        diagram.box(names[k], x, y, text, width=pitch - gap, height=0.52)
-    for one, other in pairwise([(left, y), *names, (right, y)]):
-        diagram.wire(one, other)
-    signals = enumerate([signal, *(after for _, after in blocks)])
-    diagram.names(*((left + gap / 2 + k * pitch, y + 0.14, after) for k, after in signals))
-
-
-def _hertz(values):
-    """Distinct cut-offs in words: 10.26 Hz, or 10 and 12 Hz."""
-    return " and ".join(f"{value:g}" for value in sorted(set(values))) + " Hz"
-
-
-def _filter_lag(filters, hz):
-    """Phase lag in degrees of the slowest input and output filter together at a frequency."""
-    slowest = min(filters.input_hz), min(filters.output_hz)
-    return math.degrees(sum(math.atan(hz / cut_off) for cut_off in slowest))
+def _of_first_order(filters, which):
+    """Distinct cut-offs in words: first order, 10.26 Hz."""
+    if not filters:
+        return "none in this rig"
+    each = " and ".join(f"{hz:g}" for hz in sorted(set(getattr(filters, which))))
+    return f"first order, {each} Hz"
 
 
 @styled()
@@ -105,8 +87,7 @@ def apparatus_blocks(rig, dt=0.01):
     n, m, filters = rig.n_links, rig.n_motors, rig.filters
     limits = [f"$|u_{i}|$ ≤ {u:g} V" for i, u in enumerate(rig.u_max, 1) if math.isfinite(u)]
     limit = "\n" + ",  ".join(limits) if limits and m <= 2 else ""
-    into = f"first order, {_hertz(filters.input_hz)}" if filters else "none in this rig"
-    out = f"first order, {_hertz(filters.output_hz)}" if filters else "none in this rig"
+    into, out = (_of_first_order(filters, which) for which in ("input_hz", "output_hz"))
     missing = {} if filters else {"linestyle": "--"}
     left, middle, right = 1.55, 3.5, 5.45
     bottom, low, high, top = 0.62, 1.62, 2.62, 3.72
@@ -122,10 +103,13 @@ def apparatus_blocks(rig, dt=0.01):
         ("A/D", right, low, "A/D, multiplexer\n12 bit", {}),
     ]:
         diagram.box(name, x, y, text, width=2.2, height=0.66, **style)
-    diagram.wire("computer", (left, bottom), "D/A")
-    for one, other in pairwise(["D/A", "input", "power", "plant", "output", "A/D"]):
-        diagram.wire(one, other)
-    diagram.wire("A/D", (right, bottom), "computer")
+    stops = "D/A", "input", "power", "plant", "output", "A/D"
+    for way in [
+        ("computer", (left, bottom), "D/A"),
+        *pairwise(stops),
+        ("A/D", (right, bottom), "computer"),
+    ]:
+        diagram.wire(*way)
     inputs = "$u_1$" if m == 1 else "$u_1, u_2$" if m == 2 else rf"$u_1 \ldots u_{m}$"
     angles = [look(angle_name(i))["label"] for i in range(1, n + 1)]
     shown = angles if n <= 3 else [angles[0], "…", angles[-1]]
@@ -139,7 +123,7 @@ def apparatus_blocks(rig, dt=0.01):
     if filters:
         claim = (
             "The design neglects the filters, yet at 2 Hz an input and an output filter "
-            f"together cost {_filter_lag(filters, 2.0):.1f} degrees of phase."
+            f"together cost {filter_lag(filters, 2.0):.1f} degrees of phase."
         )
     return describe(
         diagram.fig,

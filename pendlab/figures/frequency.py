@@ -1,8 +1,7 @@
 """Curves over frequency: Nyquist near the critical point, smallest singular value.
 
-Computing is apart from drawing: `nyquist` and `sigma_min` return frozen values, `draw_nyquist` and
-`draw_sigma_min` create their artists once and return ``update(values)``, which only changes the
-artists' data, so that a slider can drive them.
+Computing is apart from drawing: `nyquist` and `sigma_min` return frozen values, `draw_loops` and
+`draw_sigma_min` create their artists once and return ``update(values)``, which only moves them.
 """
 
 from dataclasses import dataclass
@@ -36,6 +35,12 @@ class Nyquist:
     distance_omega: float
     count: Encirclements
     margins: Margins | None  # of a loop with one input
+
+
+def filter_lag(filters, hz):
+    """Phase lag in degrees of the slowest input and output filter in a row at `hz`."""
+    slowest = min(filters.input_hz), min(filters.output_hz)
+    return sum(np.degrees(np.arctan(hz / cut_off)) for cut_off in slowest)
 
 
 def frequencies(dt, points=3000):

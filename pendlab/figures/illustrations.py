@@ -1,10 +1,12 @@
 """Drawings that go with the words of a notebook: a body on its legs, a fall, modes, block chains."""
 
+from itertools import pairwise
+
 import numpy as np
 
 from .._arguments import array, found, number, whole
 from ..models import linearize
-from .blocks import Diagram, chain
+from .blocks import Diagram
 from .moving import check_rig, draw_links, joints
 from .sketch import note
 from .style import COLORS, describe, new_figure, styled
@@ -127,12 +129,23 @@ def block_chains(rows, caption="", alt=""):
             'rows: expected 1 to 10 lists of pairs of texts such as [[("$-F$", "$u_r$")]], '
             f"{found(rows)}."
         )
-    diagram = Diagram(9, 0.95 * len(rows))
+    diagram, left, right = (
+        Diagram(9, 0.95 * len(rows)),
+        0.875,
+        8.225,
+    )  # of the first and last signal
     for i, blocks in enumerate(rows):
         y = 0.95 * (len(rows) - i) - 0.52
         if len(rows) > 1:
             note(diagram.ax, 0.1, y, f"({'abcdefghij'[i]})", ha="left")
-        chain(diagram, 0.5, 9 - 0.4, y, "$u$", blocks)
+        texts, signals = zip(*blocks)
+        places = np.linspace(left, right, len(blocks) + 1)
+        diagram.names(*((x, y + 0.14, signal) for x, signal in zip(places, ["$u$", *signals])))
+        pitch, names = places[1] - left, [f"{i} {k}" for k in range(len(blocks))]
+        for name, x, text in zip(names, places + pitch / 2, texts):
+            diagram.box(name, x, y, text, width=pitch - 0.75, height=0.52)
+        for way in pairwise([(0.5, y), *names, (8.6, y)]):
+            diagram.wire(*way)
     return describe(diagram.fig, caption, alt)
 
 

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..loop import sorted_eigenvalues
-from .frequency import HZ, LOOKS, draw_loops
+from .frequency import HZ, LOOKS, draw_loops, filter_lag
 from .pages import ONE_LOOP, UNIT_DISK, loop_curves, page, tell
 from .picture import follow
 from .rootlocus import draw_eigenvalues
@@ -12,9 +12,7 @@ from .style import COLORS, styled
 
 def lag(design, hz):
     """Phase lags in degrees at `hz`: of an input and an output filter in a row, of the hold."""
-    filters = design.rig.filters
-    cuts = filters.input_hz[0], filters.output_hz[0]
-    return sum(np.degrees(np.arctan(hz / cut)) for cut in cuts), 180 * hz * design.dt
+    return filter_lag(design.rig.filters, hz), 180 * hz * design.dt
 
 
 @styled()
