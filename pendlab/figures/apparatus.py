@@ -6,7 +6,7 @@ import numpy as np
 
 from .moving import check_rig, link_color
 from .sketch import INK, box, canvas, line, note
-from .style import COLORS, angle_name, describe, look, styled
+from .style import COLORS, angle_label, describe, look, styled
 
 _ORDER = {2: ("lower", "upper"), 3: ("lower", "middle", "upper")}
 _COUNT = dict(enumerate(("one", "two", "three", "four", "five", "six"), 1))
@@ -18,6 +18,12 @@ def _hinge_name(rig, i):
 
 def plural(count, word):
     return f"{_COUNT.get(count, count)} {word}{'s' * (count != 1)}"
+
+
+def limit_of(rig, i):
+    """The voltage limit of motor i as a formula, if it has one."""
+    limit = rig.u_max[i - 1]
+    return f"$|u_{i}|$ ≤ {limit:g} V" if math.isfinite(limit) else ""
 
 
 @styled()
@@ -79,20 +85,20 @@ def _hinge(ax, rig, i, d, y):
         box(ax, side * 0.825 * d, y, 0.75 * d, 0.12 * d, zorder=5)
     box(ax, -1.45 * d, y, 0.6 * d, 0.5 * d, zorder=6)
     edge = 0.175 * np.ptp(ax.get_xlim())
-    angle = f":  {look(angle_name(i))['label']}" if i <= 6 else ""
-    _pointer(ax, f"pot {i}{angle}", -1.75 * d, -edge, y, ha="right", color=link_color(i))
+    name = ":  ".join(filter(None, (f"pot {i}", angle_label(i))))
+    _pointer(ax, name, -1.75 * d, -edge, y, ha="right", color=link_color(i))
     if i == 1:
         box(ax, 1.5 * d, y, 0.7 * d, 0.44 * d, look("rate")["color"], zorder=6)
         words = r"tachometer:  $\dot\theta_1$" + "\n(no motor: free hinge)"
         _pointer(ax, words, 1.85 * d, edge, y)
     elif i - 1 <= rig.n_motors:
-        motor, limit = rig.motors[i - 2], rig.u_max[i - 2]
+        motor = rig.motors[i - 2]
         box(ax, 1.525 * d, y, 0.75 * d, 0.6 * d, COLORS["grey"], zorder=6)
         box(ax, 2.45 * d, y, 1.1 * d, 0.48 * d, "#3B3B3B", zorder=6)
         place = f" ({_hinge_name(rig, i)})" if rig.n_links in _ORDER else ""
-        bound = f"\n$|u_{i - 1}|$ ≤ {limit:g} V" if math.isfinite(limit) and rig.n_links < 5 else ""
-        words = f"motor {i - 1}{place}\ngearbox {motor.ratio:g} : 1,  {motor.gain:.3g} N m/V{bound}"
-        _pointer(ax, words, 3.0 * d, edge, y)
+        words = f"motor {i - 1}{place}\ngearbox {motor.ratio:g} : 1,  {motor.gain:.3g} N m/V"
+        bound = limit_of(rig, i - 1) if rig.n_links < 5 else ""
+        _pointer(ax, f"{words}\n{bound}".strip(), 3.0 * d, edge, y)
     else:
         _pointer(ax, "bearing, no motor", 1.2 * d, edge, y)
 

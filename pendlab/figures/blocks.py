@@ -3,17 +3,17 @@
 Axes are in inches, so that a position below is a position on the page.
 """
 
-import math
 from itertools import pairwise
 
 import numpy as np
 from matplotlib.patches import Circle
 
 from .._arguments import number
+from .apparatus import limit_of
 from .frequency import filter_lag
 from .moving import check_rig
 from .sketch import INK, arrow, box, canvas, line, note
-from .style import COLORS, angle_name, describe, look, styled
+from .style import COLORS, angle_label, describe, styled
 
 CUT = COLORS["vermillion"]
 PLANT, COMPUTER = "#FBE9DC", "#DCEBF7"  # faces of boxes
@@ -85,8 +85,7 @@ def apparatus_blocks(rig, dt=0.01):
     check_rig(rig)
     number("dt", dt, above=0)
     n, m, filters = rig.n_links, rig.n_motors, rig.filters
-    limits = [f"$|u_{i}|$ ≤ {u:g} V" for i, u in enumerate(rig.u_max, 1) if math.isfinite(u)]
-    limit = "\n" + ",  ".join(limits) if limits and m <= 2 else ""
+    limits = ",  ".join(filter(None, (limit_of(rig, i) for i in range(1, m + 1))))
     into, out = (_of_first_order(filters, which) for which in ("input_hz", "output_hz"))
     missing = {} if filters else {"linestyle": "--"}
     left, middle, right = 1.55, 3.5, 5.45
@@ -97,7 +96,7 @@ def apparatus_blocks(rig, dt=0.01):
         ("computer", middle, bottom, f"Computer\nevery {1000 * dt:g} ms", {"face": COMPUTER}),
         ("D/A", left, low, "D/A\n12 bit", {}),
         ("input", left, high, f"Input filters\n{into}", missing),
-        ("power", left, top, "Power amplifiers" + limit, {}),
+        ("power", left, top, f"Power amplifiers\n{limits if m <= 2 else ''}".strip(), {}),
         ("plant", right, top, f"Inverted pendulum\n{n} links, {motors}", {"face": PLANT}),
         ("output", right, high, f"Output amplifiers, filters\n{out}", missing),
         ("A/D", right, low, "A/D, multiplexer\n12 bit", {}),
@@ -111,7 +110,7 @@ def apparatus_blocks(rig, dt=0.01):
     ]:
         diagram.wire(*way)
     inputs = "$u_1$" if m == 1 else "$u_1, u_2$" if m == 2 else rf"$u_1 \ldots u_{m}$"
-    angles = [look(angle_name(i))["label"] for i in range(1, n + 1)]
+    angles = [angle_label(i) for i in range(1, n + 1)]
     shown = angles if n <= 3 else [angles[0], "…", angles[-1]]
     measured = "\n".join(["measured:", *shown, r"$\dot\theta_1$"])
     note(diagram.ax, middle, top + 0.19, inputs)

@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.patches import Arc
 
 from .._arguments import array
-from .apparatus import plural
+from .apparatus import limit_of, plural
 from .moving import check_rig, joints, link_color
 from .sketch import INK, arrow, canvas, line, note
-from .style import COLORS, angle_name, describe, look, styled
+from .style import COLORS, angle_label, describe, look, styled
 
 ON_WHITE = dict(facecolor="white", edgecolor="none", pad=0.8)
 
@@ -146,8 +146,7 @@ def _relative(ax, i, at, theta, unit):
     line(ax, at, on, color=link_color(i - 1), linestyle=":", linewidth=1.6, zorder=2)
     _arc(ax, at, 0.9 * unit, theta, color=link_color(i), linewidth=2)
     x, y = on - [0.14 * unit, 0.15 * unit * math.cos(theta[0])]
-    text = look(angle_name(i))["label"] if i <= 6 else ""
-    note(ax, x, y, text, ha="right", color=link_color(i), fontsize=size, zorder=7)
+    note(ax, x, y, angle_label(i), ha="right", color=link_color(i), fontsize=size, zorder=7)
 
 
 def _dimension(ax, text, start, end, offset, unit):
@@ -191,7 +190,6 @@ def _values(fig, rig):
     fig.text(left, y, "motors at standstill", **head)
     for i in range(rig.n_motors, 0, -1):
         y -= 1.1 * pitch
-        limit = rig.u_max[i - 1]
-        bound = f",  $|u_{i}|$ ≤ {limit:g} V" if math.isfinite(limit) else ""
-        text = f"$T_{i}$ = {rig.motors[i - 1].gain:.3g} $u_{i}$ N m{bound}"
+        torque = f"$T_{i}$ = {rig.motors[i - 1].gain:.3g} $u_{i}$ N m"
+        text = ",  ".join(filter(None, (torque, limit_of(rig, i))))
         fig.text(left, y, text, fontsize=size, va="top")

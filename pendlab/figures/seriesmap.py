@@ -1,30 +1,25 @@
 """The map of the series: every notebook on the way of the data, with a sign of what it is about."""
 
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
 from ..parameters import load
 from .moving import draw_pendulum
-from .sketch import arrow, box, canvas, note
+from .sketch import arrow, box, canvas, note, unit_circle
 from .style import COLORS, describe, look, styled
 
 WIDTH, HEIGHT = 2.1, 2.2  # of a box, inches
 
 
-def _pendulum(*angles):
-    def draw(ax):
-        draw_pendulum(ax, load("triple"), angles)
-        ax.set_aspect("equal", adjustable="box")
-
-    return draw
+def _pendulum(angles, ax):
+    draw_pendulum(ax, load("triple"), angles)
+    ax.set_aspect("equal", adjustable="box")
 
 
-def _formula(text):
-    def draw(ax):
-        ax.text(0.5, 0.5, text, fontsize=19, ha="center", va="center", transform=ax.transAxes)
-
-    return draw
+def _formula(text, ax):
+    ax.text(0.5, 0.5, text, fontsize=19, ha="center", va="center", transform=ax.transAxes)
 
 
 def _samples(ax):
@@ -36,8 +31,7 @@ def _samples(ax):
 def _nyquist(ax):
     s = 1j * np.geomspace(1e-2, 1e2, 300)
     loop = 2.6 / ((s - 1) * (0.15 * s + 1) ** 2)
-    circle = np.exp(1j * np.linspace(0, 2 * np.pi, 100))
-    ax.plot(circle.real, circle.imag, **look("unit circle"))
+    unit_circle(ax)
     ax.plot(loop.real, loop.imag, **look("nominal"))
     ax.plot(-1, 0, **look("critical"))
     ax.set_aspect("equal")
@@ -51,14 +45,14 @@ def _swing(ax):
 
 # Notebook, title, what it makes of the data, its sign.
 STOPS = (
-    ("01", "introduction", "why is it hard?", _pendulum(0.15, -0.35, 0.3)),
-    ("A", "Lagrange", "energies to equations", _formula(r"$\frac{d}{dt}\frac{\partial T}{\partial\omega}$")),
+    ("01", "introduction", "why is it hard?", partial(_pendulum, (0.15, -0.35, 0.3))),
+    ("A", "Lagrange", "energies to equations", partial(_formula, r"$\frac{d}{dt}\frac{\partial T}{\partial\omega}$")),
     ("02", "models", "rig to sampled model", _samples),
-    ("03", "observers", "states to estimates", _formula(r"$\hat x=L_1y+L_2v$")),
-    ("B", "lemma", "why H = 0", _formula("$I+PG$")),
+    ("03", "observers", "states to estimates", partial(_formula, r"$\hat x=L_1y+L_2v$")),
+    ("B", "lemma", "why H = 0", partial(_formula, "$I+PG$")),
     ("04", "design", "model to controller", _nyquist),
     ("05", "experiment", "controller to traces", _swing),
-    ("06", "outlook", "what was left to do", _pendulum(-0.25, 0.2, 0.8)),
+    ("06", "outlook", "what was left to do", partial(_pendulum, (-0.25, 0.2, 0.8))),
 )  # fmt: skip
 
 
@@ -68,7 +62,7 @@ def series_map():
     fig, ax = canvas(10, 5.4)
     places = [(0.2 + 2.5 * (k % 4), 2.95 - 2.75 * (k // 4)) for k in range(len(STOPS))]
     for (x, y), stop in zip(places, STOPS, strict=True):
-        _box(fig, ax, x, y, *stop)
+        _box(ax, x, y, *stop)
     for (x, y), (x_next, y_next) in pairwise(places):
         if y_next == y:
             way = (x + WIDTH + 0.04, y + HEIGHT / 2), (x_next - 0.04, y + HEIGHT / 2)
@@ -86,13 +80,13 @@ def series_map():
     )
 
 
-def _box(fig, ax, x, y, name, title, does, draw):
+def _box(ax, x, y, name, title, does, draw):
     line = dict(edgecolor=COLORS["blue"], linewidth=1.5)
     box(ax, x + WIDTH / 2, y + HEIGHT / 2, WIDTH, HEIGHT, rounded=0.08, **line)
     head = dict(weight="bold", fontsize=14)
     note(ax, x + 0.1, y + HEIGHT - 0.25, f"{name}  {title}", ha="left", **head)
     note(ax, x + 0.1, y + 0.22, does, ha="left", fontsize=12)
-    place = np.array([x + 0.15, y + 0.45, WIDTH - 0.3, HEIGHT - 0.95]) / [10, 5.4, 10, 5.4]
-    sign = fig.add_axes(place)
+    place = x + 0.15, y + 0.45, WIDTH - 0.3, HEIGHT - 0.95
+    sign = ax.inset_axes(place, transform=ax.transData)
     draw(sign)
     sign.axis("off")

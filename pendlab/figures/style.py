@@ -9,6 +9,7 @@ import base64
 import io
 from contextlib import contextmanager
 from html import escape
+from itertools import cycle
 
 import numpy as np
 from matplotlib import rc_context, rcParams, rcParamsDefault
@@ -66,6 +67,7 @@ STYLE = {
 _PROGRAM = ("backend", "interactive", "keymap", "macosx", "timezone", "tk", "toolbar", "webagg")
 SETTINGS = {k: v for k, v in rcParamsDefault.items() if not k.startswith(_PROGRAM)} | STYLE
 
+ANGLES = "vermillion", "green", "purple", "orange", "sky"  # from the second on
 LONG, MIXED, SHORT = (0, (7, 1.4)), (0, (6, 1.4, 1.4, 1.4)), (0, (2.2, 1.2))
 
 
@@ -78,24 +80,24 @@ def angle_name(i):
     return "theta1" if i == 1 else f"theta{i}-theta{i - 1}"
 
 
+def angle_label(i):
+    """The i-th measured angle as a formula; nothing where there is no look for it."""
+    return LINES.get(angle_name(i), {"label": ""})["label"]
+
+
 def _line(color, linestyle, label, **more):
     return dict(color=COLORS[color], linestyle=linestyle, label=label, **more)
-
-
-def _angle(i, color, linestyle):
-    return _line(color, linestyle, rf"$\theta_{i}$" if i == 1 else rf"$\theta_{i}-\theta_{i - 1}$")
 
 
 # Signal or curve -> how it is drawn, everywhere. Signals of time and curves of frequency never
 # share axes, so that the colours may serve twice.
 LINES = {
     # told apart without colour too
-    "theta1": _angle(1, "blue", "-"),
-    "theta2-theta1": _angle(2, "vermillion", LONG),
-    "theta3-theta2": _angle(3, "green", MIXED),
-    "theta4-theta3": _angle(4, "purple", SHORT),
-    "theta5-theta4": _angle(5, "orange", "-"),
-    "theta6-theta5": _angle(6, "sky", LONG),
+    "theta1": _line("blue", "-", r"$\theta_1$"),
+    **{
+        angle_name(i): _line(color, stroke, rf"$\theta_{i}-\theta_{i - 1}$")
+        for i, (color, stroke) in enumerate(zip(ANGLES, cycle((LONG, MIXED, SHORT, "-"))), 2)
+    },
     "rate": _line("purple", "-", r"$\dot\theta_1$"),
     **{
         f"u{i}": _line(color, "-" if i % 2 else (0, (7, 1.5)), f"$u_{i}$")
@@ -168,10 +170,8 @@ def new_figure(width=7.0, height=4.0, layout="constrained"):
     >>> describe(fig, "An empty frame.", "Two axes and nothing between them.").caption
     'An empty frame.'
     """
-    width, height = (
-        number(name, size, least=0.5, most=100)
-        for name, size in (("width", width), ("height", height))
-    )
+    width = number("width", width, least=0.5, most=100)
+    height = number("height", height, least=0.5, most=100)
     one_of("layout", layout, ("constrained", "compressed", "tight", None))
     fig = CaptionedFigure(figsize=(width, height), layout=layout)
     FigureCanvasAgg(fig)
@@ -181,10 +181,8 @@ def new_figure(width=7.0, height=4.0, layout="constrained"):
 def describe(fig, caption, alt):
     """Give a figure its caption and alternative text; returns the figure."""
     instance("fig", fig, Figure, "pl.new_figure()")
-    fig.caption, fig.alt = (
-        " ".join(text(name, words, empty=True).split())
-        for name, words in (("caption", caption), ("alt", alt))
-    )
+    fig.caption = " ".join(text("caption", caption, empty=True).split())
+    fig.alt = " ".join(text("alt", alt, empty=True).split())
     return fig
 
 
