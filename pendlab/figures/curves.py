@@ -35,10 +35,6 @@ def lines(
     sharey : whether all panels have the same y axis
     frame : ((left, right), (bottom, top)) of every panel; None for an end that follows the curves
 
-    Returns
-    -------
-    CaptionedFigure : ``fig.axes[0].set(...)`` and the rest of matplotlib change it further
-
     Raises
     ------
     TypeError, ValueError : panels or curves that are not laid out like that, with what was found
@@ -60,17 +56,14 @@ def lines(
         )
     one_of("log", log, ("", "x", "y", "xy"))
     flag("sharey", sharey)
-    if frame is not None:
-        frame = _frame(frame)
+    frame = {} if frame is None else dict(zip(("xlim", "ylim"), _frame(frame)))
     fig = new_figure(width, height)
     axes = fig.subplots(1, len(panels), sharey=sharey, squeeze=False)[0]
     for ax, x_label, (y_label, curves) in zip(axes, x_labels, panels.items(), strict=True):
         for curve, pen in zip(curves, cycle(PENS)):
             _draw(ax, *curve, pen)
         ax.set(xlabel=x_label, ylabel="" if sharey and ax is not axes[0] else y_label)
-        ax.set(**{f"{axis}scale": "log" for axis in log})
-        if frame is not None:
-            ax.set(xlim=frame[0], ylim=frame[1])
+        ax.set(**{f"{axis}scale": "log" for axis in log}, **frame)
         if len(curves) > 1:
             ax.legend()
     return describe(fig, caption, alt)
@@ -111,8 +104,7 @@ def _curves(panel, curves):
             raise TypeError(f"{name}: expected numbers, {found(curve)}.") from None
         x, y = np.atleast_1d(x, y)
         if len(x) != len(y):
-            raise ValueError(
-                f"{name}: expected x and y of one length, found {x.shape} and {y.shape}."
-            )
+            sizes = f"{x.shape} and {y.shape}"
+            raise ValueError(f"{name}: expected x and y of one length, found {sizes}.")
         checked.append((label, x, y, given))
     return checked

@@ -99,10 +99,9 @@ def modes(rig, lean=0.4):
         at = joints(rig, lean * shape / np.abs(np.cumsum(shape)).max() * np.sign(largest))
         draw_links(ax, at, linewidth=4, marker="o", markersize=4)
         ax.plot([0, 0], [0, at[:, 1].max()], color="0.6", linestyle="--", linewidth=1)
-        ax.set(xlim=(-0.45, 0.45), ylim=(-0.05, 0.95), aspect="equal", xticks=[], yticks=[])
+        ax.set(xlim=(-0.45, 0.45), ylim=(-0.05, 0.95), aspect="equal")
         ax.set_title(f"$s$ = {values[i].real:.3g}/s\n{1 / abs(values[i]):.2g} s", fontsize=10)
-        ax.grid(False)
-        ax.spines[:].set_visible(False)
+        ax.set_axis_off()
     falls = ", ".join(f"{value.real:.3g}" for value in values[order] if value.real > 0)
     return describe(
         fig,

@@ -110,14 +110,14 @@ def observer_page(design):
         return *_each_loop(design), controller_gains(design.controller)
 
     def say(data, design):
-        *curves, gains = data
+        *curves, (hz, gains) = data
         o, q = design.observer, design.model.noutputs
         rows = rows_in_words(np.hstack([o.L1, o.L2])[q:])
         noise = o.noise_gain(design.F[:1, : design.model.nstates])
         lead = (
             f"Noise gain: white noise of 1 rad and 1 rad/s in the readings becomes {short(noise)} V at "
-            f"motor 1. Estimating rows of [L1 L2]: {rows}. At {0.5 / design.dt:g} Hz the controller "
-            f"makes up to {short(gains.fastest)} V of an angle of 1 rad."
+            f"motor 1. Estimating rows of [L1 L2]: {rows}. At {hz[-1]:g} Hz the controller "
+            f"makes up to {short(gains[-1, :-1].max())} V of an angle of 1 rad."
         )
         alt = (
             "Nyquist curves without and with filters, and the controller's gain from each reading "

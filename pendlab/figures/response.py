@@ -12,33 +12,25 @@ from .sketch import zero_lines
 from .style import angle_name, look
 
 
-@dataclass(frozen=True)
-class ControllerGains:
-    """|P| from each reading to u1."""
-
-    hz: np.ndarray  # (N,)
-    gains: np.ndarray  # (N, n + 1): V/rad from the n angles, V/(rad/s) from the lowest link's rate
-
-    @property
-    def fastest(self):
-        """Largest gain from an angle at half the sampling rate, V/rad."""
-        return float(self.gains[-1, :-1].max())
-
-
 def controller_gains(controller, points=200):
-    """`ControllerGains` from 0.05 Hz to half the sampling rate."""
+    """Frequencies (Hz) to half the sampling rate, and |P| there from each reading to u1.
+
+    Gains are in V/rad from the angles, last in V/(rad/s) from the lowest link's rate.
+    """
     hz = np.geomspace(0.05, 0.5 / controller.dt, points)
-    return ControllerGains(hz, np.abs(frequency_response(controller.system, HZ * hz)[:, 0]))
+    return hz, np.abs(frequency_response(controller.system, HZ * hz)[:, 0])
 
 
 def draw_gains(ax, data, frame):
     """Gains over frequency, both logarithmic; returns update(data) -> moved artists."""
-    angles = [look(angle_name(i + 1)) for i in range(data.gains.shape[1] - 1)]
-    ax.set(xscale="log", yscale="log", xlim=data.hz[[0, -1]], ylim=frame)
+    hz, gains = data
+    ax.set(xscale="log", yscale="log", xlim=hz[[0, -1]], ylim=frame)
     ax.set(xlabel="frequency, Hz", ylabel="gain, V/rad and V/(rad/s)")
+    angles = [look(angle_name(i)) for i in range(1, gains.shape[1])]
 
     def curves(data):
-        return [(data.hz, gain) for gain in data.gains.T]
+        hz, gains = data
+        return [(hz, gain) for gain in gains.T]
 
     return follow(ax, [*angles, look("rate", linestyle=":")], data, curves)
 
@@ -94,7 +86,7 @@ def draw_step(ax, data, frame):
     def curves(data):
         return [(data.t[1:], angle[1:]) for angle in data.angles.T]
 
-    looks = [look(angle_name(i + 1)) for i in range(data.angles.shape[1])]
+    looks = [look(angle_name(i + 1)) for i in range(len(data.angles.T))]
     update = follow(ax, looks, data, curves)
     ax.axhline(1, **look("reference"))
     zero_lines(ax, "x")

@@ -45,11 +45,12 @@ def root_locus(model, kps, kp):
         )
     none, one = align(model, 0.0).A, align(model, 1.0).A
 
-    def at(gains):
-        return none + np.multiply.outer(gains, one - none)
+    def eigenvalues(gains):
+        return np.linalg.eigvals(none + np.multiply.outer(gains, one - none)).astype(complex)
 
-    kps, branches = _swept(at, kps)
-    return RootLocus(kps, branches, kp, sorted_eigenvalues(at(kp)), _changes(at, kps))
+    kps, branches = _swept(eigenvalues, kps)
+    marked = sorted_eigenvalues(align(model, kp).A)
+    return RootLocus(kps, branches, kp, marked, _changes(eigenvalues, kps))
 
 
 def remarked(locus, model, kp):
@@ -57,20 +58,19 @@ def remarked(locus, model, kp):
     return replace(locus, kp=kp, marked=sorted_eigenvalues(align(model, number("kp", kp)).A))
 
 
-def _swept(at, kps, step=0.002, rounds=12, most=20_000):
+def _swept(eigenvalues, kps, step=0.002, rounds=12, most=20_000):
     """`kps` refined where branches meet and part quickly, and the branches there."""
     for _ in range(rounds):
-        branches = _joined(np.linalg.eigvals(at(kps)).astype(complex))
+        branches = _joined(eigenvalues(kps))
         wide = np.flatnonzero(np.abs(np.diff(branches, axis=0)).max(axis=1) > step)
         if not len(wide) or len(kps) + len(wide) > most:
             return kps, branches
         kps = np.insert(kps, wide + 1, (kps[wide] + kps[wide + 1]) / 2)
-    return kps, _joined(np.linalg.eigvals(at(kps)).astype(complex))
+    return kps, _joined(eigenvalues(kps))
 
 
 def _joined(values):
     """Rows reordered so that each column follows one eigenvalue."""
-    values = values.copy()
     values[0] = values[0][np.argsort(-np.abs(values[0]))]
     for k in range(1, len(values)):
         # Twice the last row minus the one before: where the branch is heading.
@@ -79,13 +79,13 @@ def _joined(values):
     return values
 
 
-def _changes(at, kps):
+def _changes(eigenvalues, kps):
     """Gains at which the number of eigenvalues outside the unit circle changes."""
 
     def excess(gain, rank):
-        return np.sort(np.abs(np.linalg.eigvals(at(gain))))[::-1][rank] - 1
+        return np.sort(np.abs(eigenvalues(gain)))[::-1][rank] - 1
 
-    count = np.sum(np.abs(np.linalg.eigvals(at(kps))) > 1, axis=1)
+    count = np.sum(np.abs(eigenvalues(kps)) > 1, axis=1)
     change = np.flatnonzero(np.diff(count))
     # Sorted by size, the eigenvalue after those that stay outside is the one that crosses.
     return tuple(

@@ -30,14 +30,12 @@ def draw_traces(ax, run, panel, window=None, frame=None):
     """
     instance("ax", ax, Axes, "pl.new_figure().subplots()")
     one_of("panel", panel, signals(run))
-    frame = None if frame is None else interval("frame", frame)
-    window = None if window is None else interval("window", window)
     names = list(signals(run)[panel])
     ax.set(xlabel="time, s", ylabel=LABELS[panel])
     if frame is not None:
-        ax.set_ylim(frame)
+        ax.set_ylim(interval("frame", frame))
     if window is not None:
-        ax.set_xlim(window)
+        ax.set_xlim(interval("window", window))
 
     def traces(run):
         return [(run.t, trace) for trace in signals(run)[panel].values()]
@@ -47,9 +45,8 @@ def draw_traces(ax, run, panel, window=None, frame=None):
 
     def update(run):
         lines = move(run)
-        if frame is None or window is None:
-            ax.relim()
-            ax.autoscale_view(scalex=window is None, scaley=frame is None)
+        ax.relim()
+        ax.autoscale_view()  # of the axes that have no given ends
         return lines
 
     update(run)
@@ -80,13 +77,13 @@ def compare(runs, panel="a", window=None, frame=None, own_axes=False):
         draw_traces(ax, run, panel, window, frame)
         ax.set(xlabel="", ylabel="")
         ax.set_title(name + (f": falls at {run.fell_at:.2f} s" if run.fell else ""), loc="left")
-    legends = [ax.get_legend() for ax in axes if ax.get_legend()]
-    for legend in sorted(legends, key=lambda one: -len(one.get_texts()))[1:]:
-        legend.remove()  # the first with most curves stays
+    most = max(axes, key=lambda ax: len(ax.lines))
+    for ax in axes:
+        if ax is not most and ax.get_legend():
+            ax.get_legend().remove()
     axes[-1].set_xlabel("time, s")
     fig.supylabel(LABELS[panel])
-    # One digit: in a gap the motion is chaotic, and another machine finds other ones.
-    sizes = {name: format(_largest(run, panel, window), ".1g") for name, run in runs.items()}
+    sizes = {name: _largest(run, panel, window) for name, run in runs.items()}
     words = "; ".join(
         f"{name} {'falls' if run.fell else '' if own_axes else sizes[name]}".strip()
         for name, run in runs.items()
@@ -101,10 +98,11 @@ def compare(runs, panel="a", window=None, frame=None, own_axes=False):
 
 
 def _largest(run, panel, window):
-    """Largest absolute value of a panel's traces within a window."""
+    """Largest absolute value within a window, to one digit: in a gap the motion is chaotic."""
     start, stop = (0, np.inf) if window is None else window
     within = (run.t >= start) & (run.t <= stop)
-    return max(np.abs(trace[within]).max(initial=0) for trace in signals(run)[panel].values())
+    traces = signals(run)[panel].values()
+    return f"{max(np.abs(trace[within]).max(initial=0) for trace in traces):.1g}"
 
 
 def _short(map_, ideal):
