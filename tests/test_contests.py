@@ -97,13 +97,16 @@ def test_pushes_grow_and_the_gap_is_the_benchs_at_most():
         }  # fmt: skip
 
 
-def test_leaderboard_file(tmp_path):
+def test_leaderboard_file(tmp_path, monkeypatch):
     score = pl.contest(papers)
     pl.write_leaderboard(tmp_path / "leaderboard.json", "Ada", score, season=1)
     claim = json.loads((tmp_path / "leaderboard.json").read_text())
     assert claim["name"] == "Ada"
     assert claim["score"] == pytest.approx(score.total, abs=1e-4)
     assert np.mean(claim["rounds"]) == pytest.approx(claim["score"], abs=1e-3)
+    monkeypatch.setenv("NBGRADER_EXECUTION", "autograde")  # what was handed in stays
+    pl.write_leaderboard(tmp_path / "leaderboard.json", "Grace", score)
+    assert json.loads((tmp_path / "leaderboard.json").read_text()) == claim
 
 
 def test_bad_input():

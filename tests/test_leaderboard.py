@@ -39,6 +39,7 @@ def board(tmp_path_factory):
     )
     hand_in(folder, "eve", "import os\nprint('{\"score\": 100}')\nos._exit(0)", "Mine = 3")
     hand_in(folder, "finn", f"%matplotlib inline\n{PAPERS}")
+    hand_in(folder, "hal", "Mine = ...")
     write("not a notebook", folder / "gus" / "x.ipynb")
     return leaderboard(folder.parent, seconds=60)
 
@@ -57,6 +58,7 @@ def test_what_gives_no_score_says_why(board):
         "cy": "longer than 60 s",
         "dora": "round 1: OSError: no",
         "eve": "its process ended without a score",
+        "hal": "no class Mine came out of its cells",
     }
 
 

@@ -61,7 +61,7 @@ README = Template("""# A course with nbgrader
 Assignments: $names. In this folder, with one of them for NAME:
 
 1. `nbgrader generate_assignment NAME` makes `release/NAME` from `source/NAME`, without solutions. Hand that folder out.
-2. Put hand-ins where nbgrader expects them, `submitted/STUDENT/NAME/NOTEBOOK.ipynb`, under the names they were handed out with; `nbgrader zip_collect NAME` or the exchange do it for you.
+2. Put hand-ins where nbgrader expects them, `submitted/STUDENT/NAME/NOTEBOOK.ipynb`, under the names they were handed out with (homework 9 with its `leaderboard.json`); `nbgrader zip_collect NAME` or the exchange do it for you.
 3. `nbgrader autograde NAME` marks what a check can judge. It ends with an error that names hand-ins that could not be run; all others have their marks.
 4. `jupyter lab`, Formgrader: mark the answers in words with `marking/NAME.md` beside you (criteria, and samples at full, half and no points).
 5. `nbgrader generate_feedback NAME` writes `feedback/STUDENT/NAME` to give back; `nbgrader export` writes all marks to `grades.csv`.
@@ -114,7 +114,7 @@ def files(paths, confined=False):
     found = {}
     for path in paths:
         notebook = opened(path)
-        if not paper.exercises(notebook):
+        if path.stem == "template" or not paper.exercises(notebook):
             continue
         name, marking = assignment(path), paper.marking(path)
         if f"source/{name}/{path.name}" in found:

@@ -108,7 +108,7 @@ def _worker():
     for source in work["code"]:
         with contextlib.suppress(Exception):  # a cell before the class may fail
             exec(source, names)
-    if CLASS not in names:
+    if not callable(names.get(CLASS)):  # a gap, or nothing
         result = {"score": 0.0, "falls": None, "reason": f"no class {CLASS} came out of its cells"}
     else:
         from .contest import contest  # here: the commands load with nothing but Python

@@ -1,5 +1,7 @@
 """Homework 9: a controller of one's own in the contest on the bench."""
 
+from itertools import chain
+
 import numpy as np
 
 from ...bench.gearbox import bench_start
@@ -12,11 +14,12 @@ from ...sampled import sample
 from ..contest import contest, play, points, rounds
 from ..own_rig import my_rig
 from .acceptance import fallen, first_state, remembers_in_self
-from .judging import compare, not_callable, on
+from .judging import Verdict, all_right, compare, judged, not_callable, on
 
 REST = 0.005  # rad
 BALANCED, SETTLED = 5.0, 4.0  # s
-AHEAD, STRANGERS = 6.0, 13.0  # points above the paper's controller, here and on other pendulums
+# Points above the paper's controller, and on other pendulums in the rounds that it survives.
+AHEAD, STRANGERS = 6.0, 7.0
 OTHERS = ("first neighbour", "second neighbour", "third neighbour")
 
 
@@ -113,9 +116,16 @@ def exercise_3(make, season=1, rig=None):
 @on("double")
 def exercise_4(make, season=1, least_margin=None, rig=None):
     """Robust: on pendulums that the controller is not told about, in the season after."""
-    yield not_callable(make, "your class")
-    yield _wrong_margin(least_margin, make(rig), rig)
-    neighbours = [dict(rig=rig, season=season + 1, plant=my_rig(who)) for who in OTHERS]
+    if not callable(make):
+        return Verdict(False, not_callable(make, "your class"))
+    parts = _margin(least_margin, make(rig), rig), _holds_elsewhere(make, season + 1, rig=rig)
+    return all_right(*(part for part in parts if part is not None))
+
+
+@judged
+def _holds_elsewhere(make, season, rig):
+    """Falls no more often than the paper's controller, and is ahead where that one stands."""
+    neighbours = [dict(rig=rig, season=season, plant=my_rig(who)) for who in OTHERS]
     mine, theirs = (
         [contest(one, **neighbour) for neighbour in neighbours] for one in (make, papers)
     )
@@ -129,23 +139,26 @@ def exercise_4(make, season=1, least_margin=None, rig=None):
             "often than the paper's controller. How large is your modulus margin with filters, and "
             "what does a hard push do to your voltage?"
         )
-    ahead = np.mean([m.total for m in mine]) - np.mean([t.total for t in theirs])
+    pairs = chain(*(zip(m.rounds, t.rounds) for m, t in zip(mine, theirs)))
+    ahead = np.mean([m.points - t.points for m, t in pairs if t.fell_at is None])
     if ahead < STRANGERS:
         yield (
-            f"On the neighbours' pendulums it is {ahead:+.1f} points from the paper's, "
-            f"{STRANGERS:+.0f} is asked for: what in it knows one pendulum or one season by heart?"
+            f"On the neighbours' pendulums, where the paper's controller stands, yours is "
+            f"{ahead:+.1f} points from it, {STRANGERS:+.0f} is asked for: what in it knows one "
+            "pendulum or one season by heart?"
         )
     return "It holds for pendulums and pushes that it had not seen."
 
 
-def _wrong_margin(answer, controller, rig):
+def _margin(answer, controller, rig):
     """A verdict on the modulus margin with filters of the package's controller inside, if any."""
     inside = [part for part in vars(controller).values() if isinstance(part, Controller)]
     inside = [controller] if isinstance(controller, Controller) else inside
     if not inside:
         return None  # all of it is the student's own: only they know what is linear in it
     if answer is None:
-        return "Your class wraps a controller of the package: least_margin is its modulus margin."
+        why = "Your class wraps a controller of the package: least_margin is its modulus margin."
+        return Verdict(False, why)
     ideal = linearize(rig)
     real, without = (
         margins(open_loop(inside[0], sample(plant, controller.dt)))
