@@ -104,7 +104,7 @@ def bars(study, added=None, width=9.6, height=4.0):
 
     def compute(added):
         added = numbers("added", added, study.rig.n_links)
-        return study.of(added), added
+        return [(study.of(added), added)] * len(PANELS)
 
     def draw(data):
         moves = [draw_bars(ax, study, panel) for panel, ax in enumerate(axes)]

@@ -20,7 +20,7 @@ from .outcomes import (
     run_verdict,
     short,
 )
-from .picture import live, part
+from .picture import live
 from .response import controller_gains, draw_gains, draw_step, step_response, step_words
 from .rootlocus import draw_eigenvalues, draw_marked_locus, remarked, root_locus
 from .style import new_figure, styled
@@ -210,8 +210,8 @@ def page(views, compute, say, design, legend):
 def draw_views(axes, views, data):
     """Each view in its axes, with its title; the moves of all."""
     moves = []
-    for k, (ax, (title, draw, *arguments)) in enumerate(zip(axes, views, strict=True)):
-        moves.append(part(draw(ax, data[k], *arguments), k))
+    for ax, part, (title, draw, *arguments) in zip(axes, data, views, strict=True):
+        moves.append(draw(ax, part, *arguments))
         ax.set_title(title)
     return moves
 

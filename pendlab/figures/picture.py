@@ -19,10 +19,10 @@ def live(fig, draw, compute, say, *subject, ghosts=False):
     Parameters
     ----------
     fig : CaptionedFigure, still without its curves
-    draw : function of the computed data that creates artists in the figure and returns its moves:
-        functions of the data that change the artists and return those that moved (or nothing)
-    compute : function of the subject, such as a design; what cannot be is refused here, before
-        anything has moved
+    draw : function of the computed data that creates artists in the figure and returns a move for
+        each part of the data: a function of it that changes the artists and returns those that moved
+    compute : function of the subject, such as a design, that gives a list of data; what cannot be is
+        refused here, before anything has moved
     say : function of (data, *subject) that gives caption and description, and for a panel a dict of
         what is told apart: ``verdict`` (word, whether it is good), ``table`` (rows of text, heads
         first), ``lead`` (the sentences that the table leaves)
@@ -34,7 +34,7 @@ def live(fig, draw, compute, say, *subject, ghosts=False):
     """
 
     def show(data, *subject):
-        fig.moving = tuple(artist for move in moves for artist in move(data) or ())
+        fig.moving = tuple(artist for move, part in zip(moves, data) for artist in move(part))
         caption, alt, *apart = say(data, *subject)
         describe(fig, caption, alt)
         fig.caption = caption  # its lines stay apart
@@ -61,11 +61,6 @@ def _leave_ghosts(moving):
             ghost.update_from(line)
             ghost.set(alpha=0.28, zorder=1.5, label="_")
             line.axes.add_line(ghost)
-
-
-def part(move, key):
-    """`move` for a part of the computed data: ``data[key]``."""
-    return lambda data: move(data[key])
 
 
 def follow(ax, looks, data, points):

@@ -9,7 +9,7 @@ from .._arguments import array, found, number
 from ..loop import sorted_eigenvalues
 from ..sampled import align
 from .picture import follow
-from .sketch import arrowheads, frame_plane, point, unit_circle, zero_lines
+from .sketch import arrowheads, frame_plane, unit_circle, zero_lines
 from .style import COLORS, freeze_layout, look
 
 
@@ -102,13 +102,13 @@ def draw_root_locus(ax, data, frame):
             markeredgewidth=2.4, zorder=6, label=f"$k_p = {data.kp:g}$: {data.unstable} outside")  # fmt: skip
     unit_circle(ax)
     ax.legend(loc="upper right")
-    ends = [f"{_short(b[0])} → {_short(b[-1])}" for b in data.outside(frame)]
-    if ends:
-        rest = "\n".join(["outside the frame:", *ends])
+    rest = [f"{_short(b[0])} → {_short(b[-1])}" for b in data.outside(frame)]
+    if rest:
+        rest = "\n".join(["outside the frame:", *rest])
         ax.text(0.02, 0.03, rest, transform=ax.transAxes, fontsize=10)
-    heads = arrowheads(ax, len(data.marked), COLORS["blue"])
     freeze_layout(ax.get_figure())  # where a branch is half way depends on it
-    point(ax, heads, [_last_stretch(b, frame) for b in data.branches.T], (0.5,), least=0.4)
+    ends = [_last_stretch(branch, frame) for branch in data.branches.T]
+    arrowheads(ax, ends, [0.5], COLORS["blue"], least=0.4)
 
 
 def draw_marked_locus(ax, data, frame):

@@ -64,34 +64,24 @@ def frame_plane(ax, frame):
     ax.set(xlim=frame[0], ylim=frame[1], xlabel="real part", ylabel="imaginary part")
 
 
-def arrowheads(ax, count, color, size=0.13):
-    """`count` arrowheads without shafts, `size` inches long, to be placed by `point`."""
-    nothing = np.full(count, np.nan)
-    return ax.quiver(
-        nothing, nothing, np.ones(count), np.zeros(count), color=color, pivot="mid", zorder=5,
+def arrowheads(ax, paths, fractions, color, least=0.2, size=0.13):
+    """Arrowheads of `size` inches at fractions of the drawn length of complex paths.
+
+    Paths below `least` inches get none. The axes must have their limits and place on the page.
+    """
+    ax.apply_aspect()
+    places, ways = [], []
+    for path in paths:
+        points = ax.transData.transform(np.column_stack([path.real, path.imag]))
+        on_page = points @ [1, 1j] / ax.get_figure().dpi
+        length = np.concatenate([[0], np.cumsum(np.abs(np.diff(on_page)))])
+        if len(path) >= 2 and length[-1] >= least:
+            k = np.searchsorted(length, np.multiply(fractions, length[-1]))
+            places += [*path[k]]
+            ways += [*(on_page[k] - on_page[k - 1])]
+    ways = np.array(ways) / np.abs(ways)
+    ax.quiver(
+        np.real(places), np.imag(places), ways.real, ways.imag, color=color, pivot="mid", zorder=5,
         units="inches", scale_units="inches", scale=1 / size, width=size / 8, headwidth=6.4,
         headlength=8, headaxislength=8, minlength=0,
     )  # fmt: skip
-
-
-def point(ax, heads, paths, fractions, least=0.2):
-    """Put arrowheads at fractions of the drawn length of complex paths of `least` inches or more."""
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    width, height = ax.get_figure().get_size_inches()
-    box = ax.get_position()
-    sx, sy = width * box.width / (right - left), height * box.height / (high - low)
-    if ax.get_aspect() == 1:
-        sx = sy
-    places, ways = [], []
-    for path in paths:
-        on_page = path.real * sx + 1j * path.imag * sy
-        length = np.concatenate([[0], np.cumsum(np.abs(np.diff(on_page)))])
-        for fraction in fractions:
-            place, way = complex(np.nan), 1.0 + 0j
-            if len(path) >= 2 and length[-1] >= least:
-                k = int(np.clip(np.searchsorted(length, fraction * length[-1]), 1, len(path) - 1))
-                place, way = path[k], on_page[k] - on_page[k - 1]
-            places.append(place)
-            ways.append(way / abs(way) if way else 1.0 + 0j)
-    heads.set_offsets(np.column_stack([np.real(places), np.imag(places)]))
-    heads.set_UVC(np.real(ways), np.imag(ways))

@@ -159,7 +159,7 @@ def bench_page(run, window):
     axes = fig.subplot_mosaic("ab;cd" if "d" in signals(run) else "ab;cc", gridspec_kw=place)
 
     def compute(run, window):
-        return run, window
+        return [(run, window)]
 
     def draw(data):
         moves = {panel: draw_traces(ax, run, panel, window) for panel, ax in axes.items()}

@@ -13,7 +13,7 @@ import numpy as np
 from ..loop import ON_CIRCLE, sorted_eigenvalues
 from ..nyquist import Encirclements, contour, encirclements
 from .frequency import CRITICAL
-from .sketch import arrowheads, point
+from .sketch import arrowheads
 from .style import COLORS, look
 
 NEAR_CRITICAL, NEAR_ONE = 0.1, 1e-7  # distances below which the scale is linear
@@ -95,7 +95,7 @@ def _draw_halves(ax, data, near, values, heads):
     pieces = on, on[::-1].conj(), np.concatenate([arc[::-1].conj(), arc])
     for piece, style, at in zip(pieces, HALVES, heads, strict=True):
         ax.plot(piece.real, piece.imag, **style)
-        point(ax, arrowheads(ax, len(at), style["color"]), [piece], at)
+        arrowheads(ax, [piece], at, style["color"])
 
 
 def draw_turns(ax, data):
