@@ -1,6 +1,6 @@
 """Would a bar help? Measures of controllability over the inertia added to each link."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -26,11 +26,14 @@ class BarStudy:
     factors: np.ndarray  # (n links, measures as in `PANELS`, N); above 1 is better
 
     def of(self, added):
-        """The 3 factors with bars on all links at once; `added` has one inertia for each link."""
+        """The 3 factors, as in `PANELS`, with bars on all links; `added` has an inertia for each."""
         rig, links = self.rig, self.rig.n_links
         for link, inertia in enumerate(numbers("added", added, links, least=0, most=1e6), 1):
             rig = with_bar(rig, link, inertia)
-        return _factors(self.bare, controllability_measures(rig))
+        bare, now = self.bare, controllability_measures(rig)
+        return np.array(
+            [bare.ratio / now.ratio, now.distance / bare.distance, now.tilt / bare.tilt]
+        )
 
     def best(self, panel):
         """(link, inertia, factor) at which the measure number `panel` gains most."""
@@ -52,17 +55,9 @@ def bar_study(rig, inertias=None):
         raise ValueError(
             f"inertias: expected rising numbers above 0 and up to 1e6 kg m^2, {found(inertias)}."
         )
-    bare = controllability_measures(check_rig(rig))
-    links = range(1, rig.n_links + 1)
-    barred = [[with_bar(rig, link, float(bar)) for bar in inertias] for link in links]
-    factors = [[_factors(bare, controllability_measures(other)) for other in row] for row in barred]
-    return BarStudy(rig, bare, inertias, np.array(factors).transpose(0, 2, 1))
-
-
-def _factors(bare, measures):
-    """By which factors the second rig is better than the first, in the order of `PANELS`."""
-    ratio, distance = bare.ratio / measures.ratio, measures.distance / bare.distance
-    return np.array([ratio, distance, measures.tilt / bare.tilt])
+    study = BarStudy(rig, controllability_measures(check_rig(rig)), inertias, np.empty(0))
+    alone = [[study.of(bar * link) for bar in inertias] for link in np.eye(rig.n_links)]
+    return replace(study, factors=np.array(alone).transpose(0, 2, 1))
 
 
 @styled()

@@ -38,8 +38,10 @@ def bench_panel(name="triple"):
     shown = []
 
     def run(values):
-        plant, t_end = bench_plant(rig, values), bench_end(values)
-        return simulate(plant, controller, t_end, **bench_case(rig, values))
+        # The time shown, and what comes of a push after it.
+        push_ends = values["at"] + values["length"] + 5.0 if values["height"] else 0.0
+        t_end = max(values["window"][1], push_ends)
+        return simulate(bench_plant(rig, values), controller, t_end, **bench_case(rig, values))
 
     def update(**values):
         shown[:] = run(values), values["window"]
@@ -162,12 +164,6 @@ def bench_idle(values):
     if not values["height"]:
         idle |= dict.fromkeys(("link", "at", "length"), "needs a push other than 0 N m")
     return idle
-
-
-def bench_end(values):
-    """Until when to simulate, s: the time shown, and what comes of a push after it."""
-    push_ends = values["at"] + values["length"] + 5.0 if values["height"] else 0.0
-    return max(values["window"][1], push_ends)
 
 
 def bench_plant(rig, values):

@@ -31,7 +31,7 @@ def kp_panel():
             "Left: eigenvalues of the sampled model with this spring alone, on their branches.",
             f"Middle and right: loop 2, with F designed anew. {LOOPS}",
         ),
-        presets={PAPER: {"k_p": design.kp}, "Far too soft": {"k_p": 0.3}, "Stiff": {"k_p": 60.0}},
+        presets={"Far too soft": {"k_p": 0.3}, "Stiff": {"k_p": 60.0}},
     )
 
 
@@ -51,7 +51,6 @@ def weights_panel(name="double"):
             "Step: answer of the linear loop with filters, time on a logarithmic scale.",
         ),
         presets={
-            PAPER: _weight_values(design),
             "Faster integrator": {"Q" + str(len(design.Q)): 100 * design.Q[-1]},
             "Cheap voltage": {"R": design.R[0] / 100},
         },
@@ -62,7 +61,7 @@ def weights_panel(name="double"):
 def observer_panel(name="double"):
     """E and the choice in the null space: loops with filters, L, noise gain."""
     design = paper_design(name)
-    choose, controls, choice, presets, idle = OBSERVERS[name]
+    choose, controls, choice, start, presets, idle = OBSERVERS[name]
     return page_panel(
         f"E and the choice in the null space, {name}",
         observer_page(design),
@@ -74,6 +73,7 @@ def observer_panel(name="double"):
             "Right: how much voltage motor 1 makes of each reading; high at high frequency is noise.",
         ),
         presets=presets,
+        start=start,
         idle=idle,
     )
 
@@ -91,7 +91,6 @@ def triple_panel():
         changed = design.changed(kp=k_p, **_weights(values, design))
         return near_printed(changed, (alpha, beta))
 
-    paper = dict(zip(("alpha", "beta"), design.E), **_weight_values(design), k_p=design.kp)
     return page_panel(
         "The triple, all in one",
         triple_page(design, run),
@@ -105,18 +104,24 @@ def triple_panel():
             "to singular.",
             "Below: the nonlinear pendulum with filters, limits, converters, friction and backlash.",
         ),
-        presets={PAPER: paper, "Softer spring": {"k_p": 4.0}},
+        presets={"Softer spring": {"k_p": 4.0}},
         first=("k_p", "R", "alpha"),
     )
 
 
-def page_panel(title, page, change, controls, *, legend, presets, first=None, idle=None):
-    """A panel round a page of pictures; `change` makes a design of the controls' values."""
+def page_panel(
+    title, page, change, controls, *, legend, presets, start=PAPER, first=None, idle=None
+):
+    """A panel round a page of pictures; `change` makes a design of the controls' values.
+
+    `start` is the name of the values with which it starts, as a preset.
+    """
 
     def update(**values):
         return page.update(change(**values)).caption
 
     view = View(page, update, page.moving, idle=idle)
+    presets = {start: {c.name: c.value for c in controls}, **presets}
     return Panel(title, controls, view, legend, presets, first=first)
 
 
@@ -170,10 +175,6 @@ def _weights(values, design):
     return dict(Q=Q, R=(values["R"],))
 
 
-def _weight_values(design):
-    return {**{f"Q{k + 1}": q for k, q in enumerate(design.Q)}, "R": design.R[0]}
-
-
 # Controls
 
 
@@ -195,7 +196,7 @@ def _kp_slider(design):
 
 E_SLIDERS = [Slider(name, f"{name} of E", 0, 1, 0.9, step=0.01) for name in ("alpha", "beta")]
 
-# Rig -> how a design is chosen, controls, what they do, presets, and what moves nothing
+# Rig -> how a design is chosen, controls, what they do, the values at first and others, what is idle
 OBSERVERS = {
     "double": (
         between_printed,
@@ -209,8 +210,8 @@ OBSERVERS = {
             "members of E's family nearest to the printed (24) and (25).",
             "Without filters every choice gives the same loop; with filters they differ.",
         ),
+        "Observer 1, (24)",
         {
-            "Observer 1, (24)": dict(E=0.9, beta1=1.0, beta2=0.0),
             "Observer 2, (25)": dict(E=0.9, beta1=0.0, beta2=1.0),
             "Neither": dict(beta1=0.0, beta2=0.0),
         },
@@ -228,10 +229,8 @@ OBSERVERS = {
             "plane of solutions; 0 is nearest to the printed (36).",
             "With alpha = beta the directions change T and L and nothing that a signal could notice.",
         ),
-        {
-            PAPER: dict(alpha=0.9, beta=0.9, phi1=0.0, phi2=0.0),
-            "Two different eigenvalues": dict(alpha=0.9, beta=0.8),
-        },
+        PAPER,
+        {"Two different eigenvalues": dict(alpha=0.9, beta=0.8)},
         directions_idle,
     ),
 }

@@ -108,12 +108,12 @@ def packed(design):
     """All that the script needs of a design on the bench: lists and numbers for JSON."""
     rig, controller = bench_rig(design.rig), design.controller
     bench, o = bench_imperfections(rig), design.observer
-    start = np.array(bench_start(rig))
-    n, m = rig.n_links, rig.n_motors
+    start, n, m = np.array(bench_start(rig)), rig.n_links, rig.n_motors
+    x0, loads = np.concatenate([start, np.zeros(n)]), (np.zeros((0, 4)), np.zeros((1, n)))
     clock = integration(rig, bench, design.dt, 1)
-    rest = np.concatenate([start, np.zeros(n)]), (np.zeros((0, 4)), np.zeros((1, n)))
-    parts = bench_tuples(rig, bench, *rest, clock, 1)
-    stiff = bench_tuples(rig, replace(bench, gap=0.0), *rest, clock, 1)
+    parts, stiff = (
+        bench_tuples(rig, on, x0, loads, clock, 1) for on in (bench, replace(bench, gap=0.0))
+    )
     u_max = np.full(m, np.inf) if controller.u_max is None else np.array(controller.u_max)
     law = Law(o.E, o.H, o.K, o.L1, o.L2, controller.F, np.array(controller.tracked), u_max)
     memory = Memory(*(np.zeros(count) for count in (len(o.E), len(controller.tracked), len(o.E))))

@@ -8,7 +8,7 @@ from ..figures.pages import PAGE
 from ..figures.sampling import sampling_page
 from ..paper.designs import paper_design
 from ..parameters import Filters, load
-from .design_panels import LOOPS, PAPER, page_panel
+from .design_panels import LOOPS, page_panel
 from .panel import Panel
 from .parts import Slider, View
 
@@ -53,27 +53,22 @@ def bar_panel(name="double", study=None):
 def sampling_panel():
     """Sampling time and filters of the double, and the loop of the paper's weights designed anew."""
     design = paper_design("double")
-    filters = design.rig.filters
-    values = dict(dt=10.0, input_hz=filters.input_hz[0], output_hz=filters.output_hz[0])
+    (input_hz, *_), (output_hz, *_) = design.rig.filters.input_hz, design.rig.filters.output_hz
     return page_panel(
         "Sampling time and filters of the double",
         sampling_page(design),
         lambda dt, **hz: sampled_design(design, dt / 1e3, **hz),
         [
-            Slider("dt", "sampling time, ms", 1, 100, values["dt"], log=True),
-            Slider("input_hz", "input filter, Hz", 0.5, 200, values["input_hz"], log=True),
-            Slider("output_hz", "output filters, Hz", 0.5, 200, values["output_hz"], log=True),
+            Slider("dt", "sampling time, ms", 1, 100, 1e3 * design.dt, log=True),
+            Slider("input_hz", "input filter, Hz", 0.5, 200, input_hz, log=True),
+            Slider("output_hz", "output filters, Hz", 0.5, 200, output_hz, log=True),
         ],
         legend=(
             "Sliders: sampling time, and cut-off frequencies of the first-order filters.",
             "Left: eigenvalues of the sampled plant with filters. Middle: phase lag of filters and hold.",
             f"Right: F and observer designed anew for each sampling time, without filters. {LOOPS}",
         ),
-        presets={
-            PAPER: values,
-            "Slow computer": dict(dt=40.0),
-            "Heavy filters": dict(input_hz=2.0),
-        },
+        presets={"Slow computer": dict(dt=40.0), "Heavy filters": dict(input_hz=2.0)},
     )
 
 

@@ -253,7 +253,12 @@ class Panel:
         """The live panel, and after it the picture that stays."""
         from IPython.display import display
 
-        self._replace_earlier_copy()
+        # What an earlier run of the cell has left goes, unless it shows elsewhere.
+        place = (running_cell(), self.title)
+        earlier = _SHOWN.pop(place, None)
+        _SHOWN[place] = self
+        if earlier is not None and all(earlier is not panel for panel in _SHOWN.values()):
+            earlier.close()
         view = self._widget._repr_mimebundle_()
         view = view[0] if isinstance(view, tuple) else view
         display({**view, "text/plain": self.title}, raw=True)
@@ -284,18 +289,7 @@ class Panel:
             return  # no kernel's loop, as in a script
         if self._rest is not None:
             self._rest.cancel()
-        self._rest = loop.call_later(REST, self._store)
-
-    def _store(self):
-        self._still.update(self.still(), raw=True)
-
-    def _replace_earlier_copy(self):
-        """Close the panel that an earlier run of the same cell has left, unless it shows elsewhere."""
-        place = (running_cell(), self.title)
-        earlier = _SHOWN.pop(place, None)
-        _SHOWN[place] = self
-        if earlier is not None and all(earlier is not panel for panel in _SHOWN.values()):
-            earlier.close()
+        self._rest = loop.call_later(REST, lambda: self._still.update(self.still(), raw=True))
 
     def __repr__(self):
         return self.caption
