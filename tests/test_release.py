@@ -224,13 +224,17 @@ def test_a_refusal_leaves_no_half_of_the_work(tmp_path, capsys):
 def illustrated(tmp_path):
     """A notebook with a local picture, an HTML one, an attached one, and code that shows one."""
     (tmp_path / "in" / "pics").mkdir(parents=True)
-    (tmp_path / "in" / "pics" / "p q.png").write_bytes(PNG)
+    for name in ("p q.png", "p (1).png"):
+        (tmp_path / "in" / "pics" / name).write_bytes(PNG)
+    (tmp_path / "in" / "s.svg").write_text("<svg xmlns='http://www.w3.org/2000/svg'/>")
     notebook = original()
     notebook.cells[0].source += (
         "\n\n![p](pics/p%20q.png) <img alt='h' src='pics/p q.png'> ![a](attachment:a.png)"
+        " ![b](attachment:%C3%BC%20b.png) ![w](<pics/p (1).png>) ![s](s.svg) ![n][n]\n\n[n]: pics/p%20(1).png"
         "\n\n`![no](no.png)`\n\n```\n![no](no.png)\n```\n![web](https://x.org/p.png)"
     )
-    notebook.cells[0]["attachments"] = {"a.png": {"image/png": base64.b64encode(PNG).decode()}}
+    pasted = {"image/png": base64.b64encode(PNG).decode()}
+    notebook.cells[0]["attachments"] = {"a.png": pasted, "ü b.png": pasted}
     write(notebook, tmp_path / "in" / "a.ipynb")
     return tmp_path
 
@@ -241,19 +245,21 @@ def test_pictures_go_with_every_edition(illustrated, name):
     (made,) = (illustrated / "out").iterdir()
     text = made.read_text(encoding="utf-8")
     if name == "handout":
-        assert text.count("data:image/png;base64,") == 3 and "attachment:" not in text
+        assert text.count("data:image/png;base64,") == 6 and "attachment:" not in text
+        assert text.count("data:image/svg+xml;base64,") == 1 and "harmful" not in text
         assert "pics/" not in text
     else:
         title = next(c for c in nbformat.reads(text, 4).cells if c.id == "90-title")
-        assert set(title.attachments) == {"a.png", "pics-p%20q.png"}
+        assert len(title.attachments) == 5 and set(title.attachments) >= {"a.png", "pics-p%20q.png"}
         assert title.source.count("attachment:pics-p%20q.png") == 2
         assert title.source.count("](no.png)") == 2 and "https://x.org/p.png" in title.source
 
 
-def test_a_missing_picture_is_named():
+@pytest.mark.parametrize("link", ["pics/none.png", "attachment:none.png"])
+def test_a_missing_picture_is_named(link):
     notebook = original()
-    notebook.cells[0].source = "![p](pics/none.png)"
-    with pytest.raises(ValueError, match=r"cell 90-title: the picture pics/none\.png is missing"):
+    notebook.cells[0].source = f"![p]({link})"
+    with pytest.raises(ValueError, match=f"cell 90-title: the picture {link} is missing"):
         embed_pictures(notebook, ROOT)
 
 

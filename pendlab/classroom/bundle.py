@@ -18,6 +18,7 @@ from .editions import student
 from .files import as_text, command, opened, writable
 
 ROOT = Path(__file__).parents[2]
+SCRIPTS = Path(__file__).with_name("scripts")
 # What a copy of the repository holds; nothing else that lies in it is anyone else's business.
 COPIED = (
     ".ci .github .gitignore .pre-commit-config.yaml CHANGELOG.md CITATION.cff CONTRIBUTING.md "
@@ -25,56 +26,6 @@ COPIED = (
 ).split()
 MADE = ("__pycache__", "build", "dist", "wheels", "node_modules")
 NOT_FOR_STUDENTS = (".ci", ".github", "notebooks/labs", "tests")
-
-INSTALL_SH = """#!/bin/sh
-# Installs the series from this folder alone; no network is used.
-set -eu
-cd "$(dirname "$0")"
-python="${PYTHON:-@PYTHON@}"
-"$python" -m venv .venv
-PIP_CONFIG_FILE=/dev/null .venv/bin/python -m pip install --no-index --find-links wheels \\
-    --disable-pip-version-check -q -r environment.txt
-echo "Installed. Start with: ./start.sh"
-"""
-
-START_SH = """#!/bin/sh
-# Opens the series in JupyterLab.
-cd "$(dirname "$0")"
-exec .venv/bin/jupyter lab notebooks/00_start_here.ipynb "$@"
-"""
-
-INSTALL_PS1 = """# Installs the series from this folder alone; no network is used.
-$ErrorActionPreference = 'Stop'
-Set-Location $PSScriptRoot
-py -@VERSION@ -m venv .venv
-if ($LASTEXITCODE) { throw 'Python @VERSION@ is needed: see README-BUNDLE.md' }
-$env:PIP_CONFIG_FILE = 'NUL'
-.venv\\Scripts\\python -m pip install --no-index --find-links wheels --disable-pip-version-check -q -r environment.txt
-if ($LASTEXITCODE) { throw 'The installation failed.' }
-Write-Output 'Installed. Start with: .\\start.bat'
-"""
-
-INSTALL_BAT = """@echo off
-powershell -NoProfile -ExecutionPolicy Bypass -File "%~dp0install.ps1"
-"""
-
-START_BAT = """@echo off
-cd /d "%~dp0"
-.venv\\Scripts\\jupyter lab notebooks\\00_start_here.ipynb
-"""
-
-README = """# The pendlab series without a network
-
-Made for {system} on {machine} with Python {version}; {count} wheels, {size:.0f} MB.
-
-1. Copy this folder to the PC (a path that the user can write to).
-2. Linux, macOS: `sh install.sh`. Windows: double-click `install.bat`.
-3. Linux, macOS: `sh start.sh`. Windows: double-click `start.bat`.
-
-Python {version} itself must be on the PC already, {full} or a later {version}: many wheels are made
-for one version. Which Python is used can be chosen on Linux and macOS by
-`PYTHON=/path/to/python{version} sh install.sh`.
-"""
 
 
 def bundle(folder, download=None, students=False):
@@ -192,28 +143,23 @@ def _fresh(place, mapped):
 
 def write_scripts(folder):
     """Install and start scripts, and a README that says what the bundle is for."""
-    version = ".".join(platform.python_version_tuple()[:2])
-    scripts = {
-        "install.sh": INSTALL_SH.replace("@PYTHON@", f"python{version}"),
-        "start.sh": START_SH,
-        "install.ps1": INSTALL_PS1.replace("@VERSION@", version).replace("\n", "\r\n"),
-        "install.bat": INSTALL_BAT.replace("\n", "\r\n"),
-        "start.bat": START_BAT.replace("\n", "\r\n"),
-    }
-    for name, text in scripts.items():
-        (folder / name).write_bytes(text.encode())
-        if name.endswith(".sh"):
-            (folder / name).chmod(0o755)
     wheels = list((folder / "wheels").glob("*.whl"))
-    about = README.format(
-        system=platform.system(),
-        machine=platform.machine(),
-        version=version,
-        full=platform.python_version(),
-        count=len(wheels),
-        size=sum(wheel.stat().st_size for wheel in wheels) / 1e6,
-    )
-    (folder / "README-BUNDLE.md").write_text(about, encoding="utf-8")
+    values = {
+        "SYSTEM": platform.system(),
+        "MACHINE": platform.machine(),
+        "VERSION": ".".join(platform.python_version_tuple()[:2]),
+        "FULL": platform.python_version(),
+        "COUNT": str(len(wheels)),
+        "SIZE": f"{sum(wheel.stat().st_size for wheel in wheels) / 1e6:.0f}",
+    }
+    for script in SCRIPTS.iterdir():
+        text = script.read_text(encoding="utf-8")
+        for name, value in values.items():
+            text = text.replace(f"@{name}@", value)
+        end = "\r\n" if script.suffix in (".bat", ".ps1") else "\n"
+        (folder / script.name).write_text(text, encoding="utf-8", newline=end)
+        if script.suffix == ".sh":
+            (folder / script.name).chmod(0o755)
 
 
 def add_commands(commands):

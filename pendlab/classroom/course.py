@@ -56,20 +56,6 @@ c.KernelManager.transport = "ipc"
 c.KernelManager.ip = folder + "/k"
 """
 
-README = Template("""# A course with nbgrader
-
-Assignments: $names. In this folder, with one of them for NAME:
-
-1. `nbgrader generate_assignment NAME` makes `release/NAME` from `source/NAME`, without solutions. Hand that folder out.
-2. Put hand-ins where nbgrader expects them, `submitted/STUDENT/NAME/NOTEBOOK.ipynb`, under the names they were handed out with (homework 9 with its `leaderboard.json`); `nbgrader zip_collect NAME` or the exchange do it for you.
-3. `nbgrader autograde NAME` marks what a check can judge. It ends with an error that names hand-ins that could not be run; all others have their marks.
-4. `jupyter lab`, Formgrader: mark the answers in words with `marking/NAME.md` beside you (criteria, and samples at full, half and no points).
-5. `nbgrader generate_feedback NAME` writes `feedback/STUDENT/NAME` to give back; `nbgrader export` writes all marks to `grades.csv`.
-6. `python -m pendlab leaderboard submitted` plays the contest of homework 9 again for every class that was handed in.
-
-$safety
-""")
-
 SAFE = """**Hand-ins run confined** (bubblewrap): they see the system, Python and their own folder, all read-only, no network and no other hand-in, with 4 GB of memory and 120 s for each cell. What they cannot be kept from: a hand-in that replaces `pl.check` gives itself full points, and its feedback shows it."""
 UNSAFE = """**Hand-ins run as you**: they can read and write your files, other hand-ins, these sources and the gradebook, and use your network; only the time of a cell is bounded. Read them first, or mark on a machine that holds nothing else. On Linux with bubblewrap, `python -m pendlab course DIR --confined` shuts them in."""
 UNAVAILABLE = (
@@ -126,7 +112,8 @@ def files(paths, confined=False):
     safe = confined and prison.available()
     names = ", ".join(f"`{Path(file).stem}`" for file in found if file.startswith("marking/"))
     safety = SAFE if safe else (UNAVAILABLE if confined else "") + UNSAFE
-    found["README.md"] = README.substitute(names=names, safety=safety)
+    readme = Template(Path(__file__).with_suffix(".md").read_text(encoding="utf-8"))
+    found["README.md"] = readme.substitute(names=names, safety=safety)
     found["nbgrader_config.py"] = CONFIG.substitute(seconds=CELL_SECONDS) + CONFINED * safe
     if safe:
         found["jupyter/kernels/confined/kernel.json"] = json.dumps(KERNEL, indent=1) + "\n"

@@ -9,12 +9,13 @@ from functools import partial
 from pathlib import Path
 from urllib.parse import quote, unquote
 
-# A fenced block or inline code (left alone), a Markdown picture, or an HTML one.
+# A fenced block or inline code (left alone), a Markdown picture, one named elsewhere, or an HTML one.
 PICTURE = re.compile(
     r"```.*?```|`[^`\n]*`"
-    r"|!\[[^\]]*\]\(\s*<?(?P<link>[^)\s>]+)"
+    r"|!\[[^\]]*\]\(\s*(?:<(?P<wide>[^>\n]+)>|(?P<link>(?:[^()\s<]|\([^()\s]*\))+))"
+    r"|^ {0,3}\[[^\]]+\]:\s*(?P<named>\S+\.(?:png|jpe?g|gif|svg|webp))\b"
     r"|<img\b[^>]*?\bsrc\s*=\s*[\"'](?P<tag>[^\"']+)",
-    re.DOTALL,
+    re.DOTALL | re.MULTILINE | re.IGNORECASE,
 )
 
 
@@ -98,6 +99,16 @@ def as_text(notebook):
     return nbformat.writes(notebook) + "\n"
 
 
+def pictures(source, change):
+    """Markdown with `change(link)` in place of each picture's link; code stays as it is."""
+
+    def changed(found):
+        link = next(filter(None, found.groups()), None)
+        return found[0].replace(link, change(link)) if link else found[0]
+
+    return PICTURE.sub(changed, source)
+
+
 def embed_pictures(notebook, folder):
     """Turn local pictures of Markdown cells into attachments, so that the notebook can move.
 
@@ -106,20 +117,20 @@ def embed_pictures(notebook, folder):
     for cell in notebook["cells"]:
         if cell["cell_type"] == "markdown":
             attached = cell.get("attachments", {})
-            attach = partial(_attach, attached=attached, folder=Path(folder), cell=cell["id"])
-            cell["source"] = PICTURE.sub(attach, cell["source"])
+            attach = partial(_attach, attached, Path(folder), cell["id"])
+            cell["source"] = pictures(cell["source"], attach)
             if attached:
                 cell["attachments"] = attached
 
 
-def _attach(found, attached, folder, cell):
-    link = found["link"] or found["tag"]
-    if not link or re.match(r"[a-z][a-z0-9+.-]*:|//|#", link, re.IGNORECASE):
-        return found[0]
+def _attach(attached, folder, cell, link):
+    known = unquote(link.removeprefix("attachment:")) in map(unquote, attached)
+    if re.match(r"(?!attachment:)[a-z][a-z0-9+.-]*:|//|#", link, re.IGNORECASE) or known:
+        return link
     file = folder / unquote(link)
     if not file.is_file():
         raise ValueError(f"cell {cell}: the picture {link} is missing; put it beside the notebook.")
     kind = mimetypes.guess_type(file.name)[0] or "image/png"
     name = quote(unquote(link).replace("/", "-"))
     attached[name] = {kind: base64.b64encode(file.read_bytes()).decode()}
-    return found[0].replace(link, f"attachment:{name}")
+    return f"attachment:{name}"

@@ -1,36 +1,22 @@
 """A notebook as one printable page that needs no network: formulas as MathML, pictures inside."""
 
+import copy
 import html as html_text
 import re
 import shutil
 import subprocess
 import tempfile
+from functools import partial
 from pathlib import Path
+from urllib.parse import unquote
 
-from jinja2 import pass_context
 from latex2mathml.converter import convert
+
+from .files import pictures
 
 WIDGET_VIEW = "application/vnd.jupyter.widget-view+json"
 PAGE_WIDTH = 72  # letters of a row that fit on a page, two for the rims of each cell included
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "msedge")
-STYLE = """
-@page { size: A4; margin: 18mm 16mm; }
-body { font: 11pt/1.45 "DejaVu Serif", Georgia, serif; max-width: 46em; margin: 2em auto; padding: 0 1em; }
-h1, h2, h3 { font-family: "DejaVu Sans", Arial, sans-serif; line-height: 1.2; break-after: avoid; }
-pre { font: 9pt/1.35 "DejaVu Sans Mono", Consolas, monospace; white-space: pre-wrap; overflow-wrap: anywhere; margin: 0; }
-code { font: 0.9em "DejaVu Sans Mono", Consolas, monospace; }
-.highlight { background: #f5f5f2; border-left: 3px solid #999; padding: .5em .8em; }
-.jp-Cell, .cell { margin: .8em 0; }
-.prompt, .jp-InputPrompt, .jp-OutputPrompt, .anchor-link { display: none; }
-img, svg { max-width: 100%; height: auto; }
-table { border-collapse: collapse; margin: .6em 0; }
-td, th { border: 1px solid #bbb; padding: .15em .4em; text-align: left; overflow-wrap: anywhere; }
-math[display=block] { margin: .6em 0; }
-blockquote { border-left: 3px solid #bbb; margin-left: 0; padding-left: 1em; }
-.output_stderr { color: #a00; }
-math { font-family: "STIX Two Math", "Cambria Math", "Latin Modern Math", math; }
-@media print { body { max-width: none; margin: 0; padding: 0; font-size: 10pt; } a { color: inherit; text-decoration: none; } img, table, .highlight { break-inside: avoid; } }
-"""
 
 
 def html(notebook, path):
@@ -39,21 +25,21 @@ def html(notebook, path):
     Raises ValueError for a formula that cannot be shown.
     """
     from nbconvert import HTMLExporter
+    from pygments.formatters import HtmlFormatter
 
-    notebook = prepared(notebook)
     exporter = HTMLExporter(
         template_name="basic", embed_images=True, exclude_input_prompt=True, sanitize_html=False
     )
-    exporter.register_filter("markdown2html", _cell_markdown)
-    body, _ = exporter.from_notebook_node(
-        notebook, resources={"metadata": {"path": str(Path(path).parent), "name": path.stem}}
-    )
+    exporter.register_filter("markdown2html", markdown)
+    place = {"metadata": {"path": str(Path(path).parent), "name": path.stem}}
+    body, _ = exporter.from_notebook_node(prepared(notebook), resources=place)
     body = re.sub(r"<(link|script)\b[^>]*https?://[^>]*>(</script>)?", "", body)
     body = re.sub(r"<(table|math)\b.*?</\1>", _fitted, body, flags=re.DOTALL)
     head = f"<meta charset='utf-8'><title>{html_text.escape(path.stem)}</title>"
-    colours = _code_colours()
+    style = Path(__file__).with_suffix(".css").read_text(encoding="utf-8")
+    style += HtmlFormatter(style="bw").get_style_defs(".highlight")
     return (
-        f"<!DOCTYPE html>\n<html lang='en'><head>{head}<style>{STYLE}{colours}</style></head>\n"
+        f"<!DOCTYPE html>\n<html lang='en'><head>{head}<style>{style}</style></head>\n"
         f"<body>\n{body}\n</body></html>\n"
     )
 
@@ -75,11 +61,11 @@ def _fitted(found):
 
 
 def prepared(notebook):
-    """A copy whose outputs hold what paper can show: no live widgets, formulas as MathML."""
-    import copy
-
+    """A copy that holds what paper can show: no live widgets, formulas as MathML, pictures inside."""
     notebook = copy.deepcopy(notebook)
     for cell in notebook["cells"]:
+        if attached := cell.pop("attachments", None):
+            cell["source"] = pictures(cell["source"], partial(_inside, attached, cell["id"]))
         for output in cell.get("outputs", ()):
             data = output.get("data", {})
             data.pop(WIDGET_VIEW, None)
@@ -111,13 +97,18 @@ def _latex_output(text):
     return mathml(inner.replace(r"\displaystyle", ""), block=True)
 
 
-@pass_context
-def _cell_markdown(context, source):
-    return markdown(source, context.get("cell", {}).get("attachments", {}))
+def _inside(attached, cell, link):
+    """A picture's link, with the picture in it where it is attached."""
+    name = unquote(link.removeprefix("attachment:"))
+    for key, contents in attached.items():
+        if link.startswith("attachment:") and unquote(key) == name:
+            kind, data = next(iter(contents.items()))
+            return f"data:{kind};base64,{data}"
+    return link
 
 
-def markdown(source, attachments=None):
-    """Markdown with formulas as HTML that needs no script; attached pictures stand inside."""
+def markdown(source):
+    """Markdown with formulas as HTML that needs no script."""
     from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 
     class Renderer(IPythonRenderer):
@@ -132,21 +123,9 @@ def markdown(source, attachments=None):
         def latex_environment(self, name, text):
             return mathml(rf"\begin{{{name}}}{text}\end{{{name}}}", block=True)
 
-    attachments = attachments or {}
-    for name, contents in attachments.items():  # in HTML tags the renderer leaves them alone
-        for kind, data in contents.items():
-            inside = f"data:{kind};base64,{data}"
-            source = re.sub(
-                rf"(src\s*=\s*[\"'])attachment:{re.escape(name)}", rf"\1{inside}", source
-            )
-    renderer = Renderer(escape=False, attachments=attachments)
-    return MarkdownWithMath(renderer=renderer).render(source)
-
-
-def _code_colours():
-    from pygments.formatters import HtmlFormatter
-
-    return HtmlFormatter(style="bw").get_style_defs(".highlight")
+    return MarkdownWithMath(renderer=Renderer(escape=False, allow_harmful_protocols=True)).render(
+        source
+    )
 
 
 def pdf(page):

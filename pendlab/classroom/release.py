@@ -35,38 +35,35 @@ def add_commands(commands):
 
 
 def _run(options):
-    """All editions are made before the first is written, so that a refusal leaves nothing half done."""
-    write = _notebook
-    if options.edition == "handout":
-        from . import handout  # noqa: F401, a package that it lacks is named before the work
-
-        write = _page
-    pairs = plan(options.notebooks, options.folder, ".html" if write is _page else ".ipynb")
-    made = [(_edition(options, path, opened(path)), path, target) for path, target in pairs]
-    for number, (edition, path, target) in enumerate(made, 1):
+    """All is made before the first file is written, so that a refusal leaves nothing half done."""
+    end = ".html" if options.edition == "handout" else ".ipynb"
+    pairs = plan(options.notebooks, options.folder, end)
+    made = [(_text(options, path), target) for path, target in pairs]
+    for number, (text, target) in enumerate(made, 1):
         target.parent.mkdir(parents=True, exist_ok=True)
-        write(options, edition, path, target)
+        target.write_text(text, encoding="utf-8")
         print(f"{number} of {len(made)}  {target}", flush=True)
+        if options.edition == "handout" and options.pdf:
+            options.pdf = _printed(target)
     return 0
 
 
-def _edition(options, path, notebook):
+def _text(options, path):
+    """The edition of one notebook as the text of its file."""
+    if options.edition == "handout":
+        from .handout import html  # first, so that a package that it lacks is named
+    notebook = opened(path)
     if options.edition == "student":
-        return student(notebook)
+        return as_text(student(notebook))
     if options.edition == "teacher":
-        return teacher(notebook, lab_sheet(path), paper.marking(path))
+        return as_text(teacher(notebook, lab_sheet(path), paper.marking(path)))
     edition = notebook if options.solutions else without_solutions(notebook)
-    return without_results(edition) if options.no_results else edition
+    return html(without_results(edition) if options.no_results else edition, path)
 
 
-def _notebook(options, edition, path, target):
-    target.write_text(as_text(edition), encoding="utf-8")
+def _printed(target):
+    from .handout import pdf
 
-
-def _page(options, edition, path, target):
-    from . import handout
-
-    target.write_text(handout.html(edition, path), encoding="utf-8")
-    if options.pdf and not handout.pdf(target):
-        print("No Chromium was found: open the HTML page and print it.", file=sys.stderr)
-        options.pdf = False
+    if found := pdf(target):
+        return found
+    print("No Chromium was found: open the HTML page and print it.", file=sys.stderr)

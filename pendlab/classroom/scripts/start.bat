@@ -1,0 +1,3 @@
+@echo off
+cd /d "%~dp0"
+.venv\Scripts\jupyter lab notebooks\00_start_here.ipynb
