@@ -191,7 +191,7 @@ def test_triples_observer_is_the_printed_one(panel, triple_design):
     p = panel("observer triple")
     o = triple_design.observer
     assert outcomes.rows_in_words(np.hstack([o.L1, o.L2])[4:]) in p.caption
-    made = designs.near_printed(triple_design, (0.9, 0.9))
+    made = designs.near_printed(triple_design, 0.9, 0.9)
     assert np.allclose(made.coefficients, triple_design.coefficients, atol=1e-9)
 
 
@@ -214,7 +214,7 @@ def test_doubles_choice_matters_with_filters_only(panel):
 
 def test_all_in_one_tells_margins_and_the_run(panel, triple_design):
     words = panel("triple").at(k_p=4.0, beta=0.8)
-    design = designs.near_printed(replace(triple_design, kp=4.0), (0.9, 0.8))
+    design = designs.near_printed(replace(triple_design, kp=4.0), 0.9, 0.8)
     rig = design.rig
     run = pl.simulate(
         pl.bench_rig(rig),

@@ -15,17 +15,9 @@ from ..paper.designs import paper_design
 from .panel import Panel
 from .parts import Choice, Slider, Switch, View
 
-WINDOWS = {
-    "double": {
-        "0 to 8 s": (0.0, 8.0),
-        "10 to 18 s (Fig 17)": (10.0, 18.0),
-        "0 to 37 s": (0.0, 37.0),
-    },
-    "triple": {
-        "0 to 7 s (Fig 15)": (0.0, 7.0),
-        "30 to 37 s (Fig 16)": (30.0, 37.0),
-        "0 to 37 s": (0.0, 37.0),
-    },
+WINDOWS = {  # s, and the figure that shows them
+    "double": [(0, 8, ""), (10, 18, " (Fig 17)"), (0, 37, "")],
+    "triple": [(0, 7, " (Fig 15)"), (30, 37, " (Fig 16)"), (0, 37, "")],
 }
 HARDEST = 10.0  # N m, of the pushes tried
 
@@ -34,7 +26,8 @@ def bench_panel(name="triple"):
     """The paper's controller on the bench of ``data/gearbox.toml``, all of it within reach."""
     design = paper_design(name)
     rig, controller = design.rig, design.controller
-    controls = bench_controls(rig, WINDOWS[name])
+    windows = {f"{a} to {b} s{fig}": (float(a), float(b)) for a, b, fig in WINDOWS[name]}
+    controls = bench_controls(rig, windows)
     shown = []
 
     def run(values):

@@ -88,8 +88,7 @@ def triple_panel():
         return simulate(rig, design.controller, 8.0, initial=start, imperfections=bench)
 
     def change(k_p, alpha, beta, **values):
-        changed = design.changed(kp=k_p, **_weights(values, design))
-        return near_printed(changed, (alpha, beta))
+        return near_printed(design.changed(kp=k_p, **_weights(values, design)), alpha, beta)
 
     return page_panel(
         "The triple, all in one",
@@ -128,16 +127,16 @@ def page_panel(
 # Designs from the values of controls
 
 
-def near_printed(design, E, turns=(0.0, 0.0)):
-    """`design` with the triple's E = diag(E) and, row by row, the directions nearest to (36).
+def near_printed(design, alpha, beta, phi1=0.0, phi2=0.0):
+    """`design` with the triple's E = diag(alpha, beta) and the directions nearest to (36).
 
-    Rows of [T K] decouple for a diagonal E, and their length is free. `turns` turn each row's
+    Rows of [T K] decouple for a diagonal E, and their length is free. phi1, phi2 turn each row's
     direction in its plane by that many degrees.
     """
-    design = design.changed(E=E)
+    design = design.changed(E=(alpha, beta))
     printed = paper_design("triple").observer
     c = np.zeros(design.family.dimension)
-    for i, angle in enumerate(np.radians(turns)):
+    for i, angle in enumerate(np.radians([phi1, phi2])):
         here = np.arange(2)[:, None] == i  # row i of [T K] takes a printed row, the other is 0
         first, second = (
             design.family.project(np.where(here, printed.T[k], 0), np.where(here, printed.K[k], 0))
@@ -156,11 +155,6 @@ def between_printed(design, E, beta1, beta2):
     c = beta1 * design.family.project(first.T, first.K)
     c = c + beta2 * design.family.project(second.T, second.K)
     return design.changed(coefficients=tuple(c))
-
-
-def turned(design, alpha, beta, phi1, phi2):
-    """`design` with the triple's E and its directions turned by phi1, phi2 (degrees)."""
-    return near_printed(design, (alpha, beta), (phi1, phi2))
 
 
 def directions_idle(values):
@@ -218,7 +212,7 @@ OBSERVERS = {
         None,
     ),
     "triple": (
-        turned,
+        near_printed,
         [
             *E_SLIDERS,
             Slider("phi1", "phi1, degrees", -90, 90, 0.0, step=1),

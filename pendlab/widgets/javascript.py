@@ -49,8 +49,10 @@ def _statement(node):
             return []
         case ast.FunctionDef(name=name, args=ast.arguments(args=args), body=body):
             given = [arg.arg for arg in args]
-            local = ", ".join(sorted(_bound(node) - set(given)))
-            return _block(f"function {name}({', '.join(given)})", body, local and f"let {local};")
+            names = [one for one in ast.walk(node) if isinstance(one, ast.Name)]
+            local = {one.id for one in names if isinstance(one.ctx, ast.Store)} - set(given)
+            first = f"let {', '.join(sorted(local))};" if local else ""
+            return _block(f"function {name}({', '.join(given)})", body, first)
         case ast.Assign(targets=[target], value=value):
             return [f"{_value(target)} = {_value(value)};"]
         case ast.AugAssign(target=target, op=op, value=value) if type(op) in OPERATORS:
@@ -101,14 +103,6 @@ def _value(node):
         case ast.Call(func=ast.Name(id=name), args=values, keywords=[]):
             return CALLS.get(name, name + "({})").format(", ".join(map(_value, values)))
     raise _no_counterpart(node)
-
-
-def _bound(function):
-    return {
-        name.id
-        for name in ast.walk(function)
-        if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
-    }
 
 
 def _no_counterpart(node):

@@ -2,8 +2,7 @@
 
 from dataclasses import replace
 
-from .._arguments import instance
-from ..figures.bar import BarStudy, bar_study, bars, in_words
+from ..figures.bar import bar_study, bars, in_words
 from ..figures.pages import PAGE
 from ..figures.sampling import sampling_page
 from ..paper.designs import paper_design
@@ -20,7 +19,6 @@ def bar_panel(name="double", study=None):
     """
     rig = load(name)
     study = bar_study(rig) if study is None else study
-    instance("study", study, BarStudy, "pl.bar_study(rig)")
     fig = bars(study, width=PAGE, height=3.6)
     names = [f"bar{i + 1}" for i in range(study.rig.n_links)]
 
