@@ -1,4 +1,4 @@
-"""The sampled plant that the controller sees: zero-order hold, aligned upper link, integrator."""
+"""The sampled plant that the controller sees: zero-order hold, aligned last link, integrator."""
 
 import numpy as np
 from scipy.signal import cont2discrete
@@ -43,7 +43,7 @@ def sample(plant, dt=0.01, delay=0.0):
 
 
 def align(model, kp):
-    """`model` with its last motor holding the upper link in line, equations (18) and (19).
+    """`model` with its last motor holding the last link in line, equations (18) and (19).
 
     u2 = -k_p (theta3 - theta2), so A becomes A - B2 k_p C_p C and the last input is gone. Motor i
     drives hinge i+1, so the angle of the last motor's hinge is output number m counted from 0.

@@ -8,12 +8,7 @@ from .moving import check_rig, link_color
 from .sketch import INK, box, canvas, line, note
 from .style import COLORS, angle_label, describe, look, styled
 
-_ORDER = {2: ("lower", "upper"), 3: ("lower", "middle", "upper")}
 _COUNT = dict(enumerate(("one", "two", "three", "four", "five", "six"), 1))
-
-
-def _hinge_name(rig, i):
-    return f"{_ORDER[rig.n_links][i - 1]} hinge" if rig.n_links in _ORDER else f"hinge {i}"
 
 
 def plural(count, word):
@@ -58,7 +53,7 @@ def apparatus(rig):
         f"the lowest hinge, on which everything stands, turns freely and is only measured.",
         f"Front view of {plural(n, 'tube')} one above the other on a stand, joined by hinges. "
         f"Left of each hinge a potentiometer, pot 1 to pot {n}; right of hinge 1 a tachometer; "
-        f"right of the {' and the '.join(_hinge_name(rig, i + 1) for i in range(1, m + 1))} "
+        f"right of {' and '.join(f'hinge {i + 1}' for i in range(1, m + 1))} "
         f"a motor with gearbox. Link lengths from below: "
         f"{', '.join(f'{length:g} m' for length in lengths)}.",
     )
@@ -95,8 +90,7 @@ def _hinge(ax, rig, i, d, y):
         motor = rig.motors[i - 2]
         box(ax, 1.525 * d, y, 0.75 * d, 0.6 * d, COLORS["grey"], zorder=6)
         box(ax, 2.45 * d, y, 1.1 * d, 0.48 * d, "#3B3B3B", zorder=6)
-        place = f" ({_hinge_name(rig, i)})" if rig.n_links in _ORDER else ""
-        words = f"motor {i - 1}{place}\ngearbox {motor.ratio:g} : 1,  {motor.gain:.3g} N m/V"
+        words = f"motor {i - 1} (hinge {i})\ngearbox {motor.ratio:g} : 1,  {motor.gain:.3g} N m/V"
         bound = limit_of(rig, i - 1) if rig.n_links < 5 else ""
         _pointer(ax, f"{words}\n{bound}".strip(), 3.0 * d, edge, y)
     else:

@@ -34,7 +34,7 @@ class RootLocus:
 
 
 def root_locus(model, kps, kp):
-    """`RootLocus` of a sampled model with two inputs or more whose last motor holds the upper link.
+    """`RootLocus` of a sampled model with two inputs or more whose last motor holds the last link.
 
     `kps` are rising gains (V/rad) to sweep over, `kp` the one to mark.
     """

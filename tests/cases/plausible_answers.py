@@ -890,7 +890,11 @@ WRONG = {
         (lambda: ([[-1, 0, 1]], [[-1, 0]]), "has to know u"),
         (lambda: ([2, 2, -2], [2, 1]), "another scale"),
     ],
-    "03.2": [(lambda: (4,), "both inputs"), (lambda: (8,), "no input kept out")],
+    "03.2": [
+        (lambda: (4,), "both inputs"),
+        (lambda: (8,), "no input kept out"),
+        (lambda: (7,), "too large"),
+    ],
     "03.3": [(lambda: ((0, 1),), "largest of all"), (lambda: ((0, 2),), "all three")],
     "03.4": [
         (lambda: (43, 7), "just above"),
@@ -1072,7 +1076,7 @@ WRONG = {
     ],
     "hw5.3": [
         (lambda: ([5, 5, 5], 2), "one away per motor"),
-        (lambda: ([4, 3, 2], 3), "one and the same space"),
+        (lambda: ([4, 3, 2], 3), "number of rows"),
     ],
     "hw5.4": [
         (lambda: four_links(120, 120), "too weak"),
@@ -1150,6 +1154,7 @@ WRONG = {
     "hw8.5": [
         (lambda: (start(), hw8.wave(0.01 * np.arange(2401))), "integrator"),
         (lambda: (attitudes(10), hw8.wave(0.01 * np.arange(2401))), "come late"),
+        (lambda: (sent()[0], hw8.wave(0.95 + 0.01 * np.arange(2401))), "another amplitude"),
     ],
     "hw9.1": [
         (lambda: Uncorrected, "correct it"),

@@ -93,10 +93,7 @@ def exercise_3(freedom, most, rig=None):
     """Free directions in each row of T for 1, 2, 3 motors; most motors with E = e I."""
     rows = 3
     best = max(m for m in (1, 2, 3) if row_freedom(rig, m) >= rows)
-    hint = (
-        f"T has {rows} rows. With E = e I they all come from one and the same space; of which "
-        "dimension must it be at least?"
-    )
+    hint = "Hold each number of free directions against the number of rows that T needs."
     second = Verdict(most == best, FOUND_TOO if most == best else hint)
     return all_right(_freedom(freedom, rig), second)
 

@@ -16,7 +16,7 @@ STEPS = ((0.1, 0.0), (0.0, 0.1), (0.1, -0.1))
 BAND, SECONDS, CROSSTALK, MARGIN = 0.01, 2.0, 0.0115, 0.45
 PERIOD, SWING = 12.0, 0.15  # s, rad: a wave of both attitudes
 LENGTH = 2 * PERIOD
-FOLLOWS = 0.03
+FOLLOWS = 0.01
 BOW = (0.6, 0.5)
 
 
@@ -159,7 +159,7 @@ def exercise_5(design, reference, rig=None):
     if error > FOLLOWS:
         yield (
             f"In the second round the attitudes are up to {error:.3f} rad off the wave, "
-            f"{FOLLOWS:g} is asked for. They come late: either a faster loop, or a reference "
-            "that is early."
+            f"{FOLLOWS:g} is asked for. They come late and with another amplitude: does your "
+            "reference undo both?"
         )
     return "It dances in time."

@@ -83,6 +83,7 @@ def compare(
 def _compare(name, answer, truth, mistakes, tolerance, praise, each):
     if answer is None or answer is ...:
         return Verdict(False, f"{name} has no value yet.")
+    counted = np.issubdtype(np.asarray(truth).dtype, np.integer)
     truth = np.asarray(truth, dtype=complex if np.iscomplexobj(truth) else float)
     if np.iscomplexobj(answer) and not np.iscomplexobj(truth):
         return Verdict(
@@ -112,7 +113,7 @@ def _compare(name, answer, truth, mistakes, tolerance, praise, each):
         place = tuple(int(i) for i in np.unravel_index(wrong, truth.shape))
         return Verdict(False, f"{name}: look again at entry {place}, where yours is furthest off.")
     answer, truth = answer.ravel()[0], truth.ravel()[0]
-    if abs(answer - truth) < 0.2 * abs(truth):
+    if not counted and abs(answer - truth) < 0.2 * abs(truth):
         wanted = f"{100 * tolerance:.2g} %"
         return Verdict(False, f"{name} is near, off by less than a fifth; {wanted} is asked for.")
     if np.real(answer * truth) < 0:

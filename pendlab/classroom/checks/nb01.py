@@ -33,7 +33,7 @@ def exercise_1(rig):
 
 @on("double")
 def exercise_2(answer, rig=None):
-    """Which way the upper link must turn first, relative to the lower one, from a forward lean."""
+    """Which way link 2 must turn first, relative to link 1, from a forward lean."""
     A1, A2, M1, M2 = _straight_fall(rig)
     truth = "forwards" if M1 / A1 > M2 / A2 else "backwards"
     hint = (
@@ -95,7 +95,7 @@ def exercise_4(rig):
 @on("double")
 @asks("length", tolerance=1e-2)  # two digits
 def exercise_5(rig):
-    """Length (m) from which a tube across the upper link lets more tilt be caught."""
+    """Length (m) from which a tube across link 2 lets more tilt be caught."""
     hint = "A uniform tube of length b has mass 0.343 b and inertia (mass) b^2/12; pass both."
     yield _break_even(rig), None
     yield _break_even(rig, arm=3), f"The bar is held at its middle. {hint}"

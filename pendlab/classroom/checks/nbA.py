@@ -139,7 +139,7 @@ def _counted(truth, hint):
 
 
 @on("double", own="'A.5', slow_half, rig=own")
-@asks("slow_half", tolerance=2e-3)
+@asks("slow_half")
 def exercise_5(rig):
     """Slow unstable eigenvalue of a double whose gearbox has half the ratio, 1/s."""
 
