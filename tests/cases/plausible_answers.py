@@ -224,10 +224,9 @@ def pulses(force=True):
 
 
 def let_go(link=3, height=-0.025, seconds=5.0):
-    def load(t):
-        return height * np.exp(-t / seconds) * np.eye(3)[link - 1]
-
-    return load
+    torque = tuple(height * np.eye(3)[link - 1])
+    bench = pl.bench_imperfections(pl.load("triple"))
+    return replace(bench, start_torque=torque, start_torque_time=seconds)
 
 
 def slowest(name, filters=True):
@@ -816,7 +815,7 @@ WRONG = {
     "05.5": [
         (lambda: (let_go(seconds=50.0),), "faded"),
         (lambda: (let_go(height=-1e-6),), "quenched"),
-        (lambda: (3.0,), "your function load(t)"),
+        (lambda: (3.0,), "a start torque"),
     ],
     "05.6": [
         (lambda: (("opposite", "opposite"),), "signs of both"),
