@@ -95,7 +95,7 @@ def test_a_wrong_number_is_called_wrong():
 def test_text_and_table_hold_every_line(board):
     text, html = str(board), board._repr_html_()
     for entry in pl.published():
-        assert entry.key in text
+        assert entry.key in text and f"<td>{entry.key}" in html
     assert html.count("<tr>") == len(board.scores) + 1
     assert "Known differences:" in text
 

@@ -12,6 +12,7 @@ from .recomputed import RECOMPUTED, SHARES
 
 REPRODUCED, FITS, KNOWN = "reproduced", "fits", "known difference"
 GIVEN, DIFFERS = "given", "DIFFERS"
+HEADER = ("place", "number", "printed", "ours", "verdict")
 
 
 @dataclass(frozen=True)
@@ -63,8 +64,7 @@ class Scoreboard:
         ]
 
     def __str__(self):
-        header = ("place", "number", "printed", "ours", "verdict")
-        table = [header, *self.rows]
+        table = [HEADER, *self.rows]
         widths = [max(len(row[i]) for row in table) for i in range(5)]
         lines = [
             "  ".join(cell.ljust(w) for cell, w in zip(row, widths, strict=True)).rstrip()
@@ -81,9 +81,9 @@ class Scoreboard:
     __repr__ = __str__
 
     def _repr_html_(self):
-        head = "".join(f"<th>{name}</th>" for name in ("place", "printed", "ours", "verdict"))
+        head = "".join(f"<th>{name}</th>" for name in HEADER)
         body = "".join(
-            "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in (row[0], *row[2:])) + "</tr>"
+            "<tr>" + "".join(f"<td>{escape(cell)}</td>" for cell in row) + "</tr>"
             for row in self.rows
         )
         return f"<table><thead><tr>{head}</tr></thead><tbody>{body}</tbody></table>"
