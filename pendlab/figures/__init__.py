@@ -28,14 +28,14 @@ OF_A_RIG = {
     4: (blocks.apparatus_blocks, "triple"),
 }
 OF_NOTHING = {5: blocks.observer_blocks, 9: blocks.triple_loops}
-OF_A_DESIGN = {
+OF_A_DESIGN_OR_RUN = {
     6: loops.locus_figure,
-    **dict.fromkeys((7, 13), loops.whole_figure),
     8: loops.observers_figure,
-    **dict.fromkeys((10, 11, 12), loops.near_figure),
     14: loops.sigma_figure,
+    **dict.fromkeys((7, 13), loops.whole_figure),
+    **dict.fromkeys((10, 11, 12), loops.near_figure),
+    **dict.fromkeys((15, 16, 17), experiments.experiment),
 }
-OF_A_RUN = (15, 16, 17)
 
 
 def figure(number, design=None, **options):
@@ -68,16 +68,14 @@ def figure(number, design=None, **options):
         return draw(rig, **options)
     if number in OF_NOTHING:
         return OF_NOTHING[number](**options)
-    if number in OF_A_DESIGN:
-        return OF_A_DESIGN[number](number, design, **options)
-    if design is not None:
+    if number >= 15 and design is not None:
         instance("design", design, Run, "pl.simulate(...)")
-    return experiments.experiment(number, design, **options)
+    return OF_A_DESIGN_OR_RUN[number](number, design, **options)
 
 
 def numbers():
     """The numbers of all figures, in order."""
-    return sorted([*OF_A_RIG, *OF_NOTHING, *OF_A_DESIGN, *OF_A_RUN])
+    return sorted([*OF_A_RIG, *OF_NOTHING, *OF_A_DESIGN_OR_RUN])
 
 
 def show(fig):
@@ -85,22 +83,16 @@ def show(fig):
     from IPython.display import Markdown, display
 
     instance("fig", fig, Figure, "pl.new_figure()")
-    caption = getattr(fig, "caption", "")
-    alt = getattr(fig, "alt", "")
     display(style.bundle(fig), raw=True)
-    words = re.sub(r"^(Fig \d+\.)", r"**\1**", caption)
+    words = re.sub(r"^(Fig \d+\.)", r"**\1**", getattr(fig, "caption", ""))
+    alt = getattr(fig, "alt", "")
     folded = f"<details><summary>Description</summary>{html.escape(alt)}</details>" if alt else ""
     if words or folded:
         display(Markdown(f"{words}\n\n{folded}".strip()))
 
 
 def save(fig, folder, name):
-    """Write ``name.png`` and ``name.svg`` into `folder`; equal figures give equal files.
-
-    Returns
-    -------
-    the two paths
-    """
+    """Write ``name.png`` and ``name.svg`` into `folder`, equal for equal figures; their two paths."""
     instance("fig", fig, Figure, "pl.new_figure()")
     folder, name = path("folder", folder), text("name", name)
     folder.mkdir(parents=True, exist_ok=True)

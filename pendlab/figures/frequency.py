@@ -74,7 +74,7 @@ def _curve(loop, omega):
 
 
 def draw_loops(ax, curves, looks, frame, zoom=None):
-    """Nyquist curves near the critical point; returns update(curves) -> moved artists.
+    """Nyquist curves near the critical point; as `follow`.
 
     A look for each of the curves, the frame ((left, right), (bottom, top)) of the axes, and perhaps
     zoom = (box, half): an inset at box = (x, y, width, height) in parts of the axes that shows the
@@ -147,10 +147,7 @@ def decibels(ratio):
 
 
 def draw_sigma_min(ax, curves, looks, frame):
-    """Smallest singular values in dB over Hz, their lowest points and the Nyquist frequency.
-
-    In a frame ((lowest, highest) Hz, (lowest, highest) dB). Returns update(curves) -> moved artists.
-    """
+    """Smallest singular values, dB over Hz, lowest points, Nyquist frequency; as `follow`."""
     zero_lines(ax, "x")
     ax.set(xscale="log", xlim=frame[0], ylim=frame[1])
     ax.set(xlabel="frequency in Hz", ylabel="smallest singular value in dB")

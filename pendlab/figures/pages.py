@@ -5,9 +5,10 @@ Every function returns a figure as `live` makes it; frames stay as they were for
 
 import numpy as np
 
-from ..loop import closed_loop_eigenvalues
+from ..loop import closed_loop_eigenvalues, sorted_eigenvalues
 from ..paper.alignment import alignment_interval
 from ..paper.designs import paper_design
+from ..sampled import align
 from ..studies.transmission import time_constant
 from .frequency import LOOKS, decibels, draw_loops, draw_sigma_min, nyquist, sigma_min
 from .outcomes import (
@@ -22,8 +23,8 @@ from .outcomes import (
 )
 from .picture import live
 from .response import controller_gains, draw_gains, draw_step, step_response, step_words
-from .rootlocus import draw_eigenvalues, draw_marked_locus, remarked, root_locus
-from .style import new_figure, styled
+from .rootlocus import draw_branches, draw_eigenvalues, root_locus
+from .style import COLORS, new_figure, styled
 from .traces import draw_traces
 
 PAGE = 9.1  # inch: sharp beside the file browser on a screen of 1366 px
@@ -48,21 +49,26 @@ def kp_page(design=None):
     locus = root_locus(design.model, np.linspace(0, 100, 401), design.kp)
     low, high = alignment_interval(design.model)
     title, frame = TWO_LOOPS[1]
+
+    def draw_locus(ax, eigenvalues, frame):
+        draw_branches(ax, locus, COLORS["sky"])
+        return draw_eigenvalues(ax, eigenvalues, frame)
+
     views = [
-        ("eigenvalues with $k_p$ alone", draw_marked_locus, ((0.84, 1.08), (-0.6, 0.6))),
+        ("eigenvalues with $k_p$ alone", draw_locus, ((0.84, 1.08), (-0.6, 0.6))),
         (title, draw_loops, LOOKS, frame),
         ("the same near $-1$", draw_loops, LOOKS, ((-1.25, -0.75), (-0.25, 0.25))),
     ]
 
     def compute(design):
         curves = loop_curves(design, 1)
-        return remarked(locus, design.model, design.kp), curves, curves
+        return sorted_eigenvalues(align(design.model, design.kp).A), curves, curves
 
     def say(data, design):
-        locus, curves, _ = data
+        eigenvalues, curves, _ = data
         lead = (
-            f"k_p = {design.kp:.4g} V/rad alone leaves {locus.unstable} of {len(locus.marked)} "
-            f"eigenvalues outside the unit circle; the fewest are left for {low:.2f} < k_p < "
+            f"k_p = {design.kp:.4g} V/rad alone leaves {np.sum(np.abs(eigenvalues) > 1)} of "
+            f"{len(eigenvalues)} eigenvalues outside the unit circle; the fewest are left for {low:.2f} < k_p < "
             f"{high:.2f}. With {gain_in_words(design.F)}"
         )
         alt = (

@@ -66,7 +66,8 @@ def _leave_ghosts(moving):
 def follow(ax, looks, data, points):
     """Lines that follow the data, one for each of `looks`, keyword arguments of ``ax.plot``.
 
-    `points(data)` gives for each line its (x, y) or complex values. Returns update(data) -> lines.
+    `points(data)` gives for each line its (x, y) or complex values. Returns update(data), which moves
+    the lines inside the frame of the axes and returns them.
     """
     lines = [ax.plot([], [], **look)[0] for look in looks]
 

@@ -22,7 +22,7 @@ def controller_gains(controller, points=200):
 
 
 def draw_gains(ax, data, frame):
-    """Gains over frequency, both logarithmic; returns update(data) -> moved artists."""
+    """Gains over frequency, both logarithmic; as `follow`."""
     hz, gains = data
     ax.set(xscale="log", yscale="log", xlim=hz[[0, -1]], ylim=frame)
     ax.set(xlabel="frequency, Hz", ylabel="gain, V/rad and V/(rad/s)")
@@ -79,7 +79,7 @@ def step_response(design, decades=6):
 
 
 def draw_step(ax, data, frame):
-    """Relative angles per reference over logarithmic time; returns update(data) -> moved artists."""
+    """Relative angles per reference over logarithmic time; as `follow`."""
     ax.set(xscale="log", xlim=(data.t[1], data.t[-1]), ylim=frame)
     ax.set(xlabel="time after the step, s", ylabel="angle / reference")
 

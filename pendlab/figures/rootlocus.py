@@ -1,6 +1,6 @@
 """Root locus of the aligned pendulum over k_p, equation (19): computed apart from drawn."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from scipy.optimize import brentq, linear_sum_assignment
@@ -53,11 +53,6 @@ def root_locus(model, kps, kp):
     return RootLocus(kps, branches, kp, marked, _changes(eigenvalues, kps))
 
 
-def remarked(locus, model, kp):
-    """The same branches with another gain marked; `model` is the one that `locus` was made of."""
-    return replace(locus, kp=kp, marked=sorted_eigenvalues(align(model, number("kp", kp)).A))
-
-
 def _swept(eigenvalues, kps, step=0.002, rounds=12, most=20_000):
     """`kps` refined where branches meet and part quickly, and the branches there."""
     for _ in range(rounds):
@@ -97,7 +92,7 @@ def draw_root_locus(ax, data, frame):
     """Branches with their start and direction, eigenvalues at the marked gain, unit circle."""
     frame_plane(ax, frame)
     zero_lines(ax, "x")
-    _draw_branches(ax, data, COLORS["blue"])
+    draw_branches(ax, data, COLORS["blue"])
     ax.plot(data.marked.real, data.marked.imag, "x", color=COLORS["vermillion"], markersize=10,
             markeredgewidth=2.4, zorder=6, label=f"$k_p = {data.kp:g}$: {data.unstable} outside")  # fmt: skip
     unit_circle(ax)
@@ -111,21 +106,7 @@ def draw_root_locus(ax, data, frame):
     arrowheads(ax, ends, [0.5], COLORS["blue"], least=0.4)
 
 
-def draw_marked_locus(ax, data, frame):
-    """Branches that stay, their start, and eigenvalues that move along them.
-
-    Returns update(data) -> moved artists.
-    """
-    _draw_branches(ax, data, COLORS["sky"])
-    move = draw_eigenvalues(ax, data.marked, frame)
-
-    def update(data):
-        return move(data.marked)
-
-    return update
-
-
-def _draw_branches(ax, data, color):
+def draw_branches(ax, data, color):
     """Branches, and open circles where they start."""
     ax.plot(data.branches.real, data.branches.imag, color=color, zorder=3)
     start = data.branches[0]
@@ -134,10 +115,7 @@ def _draw_branches(ax, data, color):
 
 
 def draw_eigenvalues(ax, values, frame):
-    """Eigenvalues in the z-plane, those outside the unit circle with a look of their own.
-
-    Returns update(values) -> moved artists.
-    """
+    """Eigenvalues in the z-plane, those outside the unit circle in their own look; as `follow`."""
     frame_plane(ax, frame)
     zero_lines(ax)
     unit_circle(ax, label="_")

@@ -51,10 +51,7 @@ def sampling_page(design):
 
 
 def draw_lag(ax, data, frame):
-    """Lags over frequency with the crossover; returns update(data) -> moved artists.
-
-    `data` are the frequencies, the lags of filters and of the hold, and the crossover, Hz.
-    """
+    """Lags of filters and of the hold over frequency with the crossover, Hz; as `follow`."""
     ax.set(xlim=frame[0], ylim=frame[1], xlabel="frequency, Hz", ylabel="lag, degrees")
     looks = [
         dict(color=COLORS["vermillion"], linestyle="--", label="lag of filters"),

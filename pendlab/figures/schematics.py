@@ -33,14 +33,14 @@ def schematic(rig, angles=None):
     angles = array("angles", angles, (n,))
     theta, points = np.cumsum(angles), joints(rig, angles)
     fig, ax = canvas(7, 5.8)
-    unit = _frame(ax, points, min(link.length for link in rig.links))
+    unit, size = _frame(ax, points, min(link.length for link in rig.links))
     line(ax, (-0.6 * unit, 0), (0.6 * unit, 0), color=COLORS["grey"], linewidth=3)
     for i, link in enumerate(rig.links, 1):
-        _link(ax, i, link, points[i - 1 : i + 1], theta[i - 1], unit, rig)
+        _link(ax, i, link, points[i - 1 : i + 1], theta[i - 1], unit, size, rig)
         driven = 2 <= i <= rig.n_motors + 1
         _mark(ax, points[i - 1], color="black" if driven else "white", markeredgewidth=1.6)
         if driven:
-            _torque(ax, i - 1, points[i - 1], unit)
+            _torque(ax, i - 1, points[i - 1], unit, size)
         if 1 < i == n <= 3:  # elsewhere there is no room for it
             _relative(ax, i, points[i - 1], theta[i - 2 : i], unit)
     _values(fig, rig)
@@ -72,7 +72,7 @@ def _upright_centre(rig):
 
 
 def _frame(ax, points, shortest):
-    """Limits that put the drawing on the left of the page; returns the unit of its fittings."""
+    """Limits that put the drawing on the left of the page; unit (m) and font size of its fittings."""
     (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
     width, height, edge = 7.0, 5.8, 0.5
     scale = min(
@@ -82,13 +82,8 @@ def _frame(ax, points, shortest):
     x0 = left - (edge + 0.3) / scale
     y0 = (low + high) / 2 - height / 2 / scale
     ax.set(xlim=(x0, x0 + width / scale), ylim=(y0, y0 + height / scale))
-    return min(shortest, 1.1 / scale)
-
-
-def _size(ax, unit):
-    """Font size that suits fittings of this unit (m): 11 points, less where links are short."""
-    inches = unit * 7.0 / np.ptp(ax.get_xlim())
-    return min(11.0, max(7.5, 12.5 * inches))
+    unit = min(shortest, 1.1 / scale)
+    return unit, min(11.0, max(7.5, 12.5 * unit * scale))  # smaller words where links are short
 
 
 def _away(theta, distance):
@@ -96,12 +91,11 @@ def _away(theta, distance):
     return distance * np.array([math.sin(theta), math.cos(theta)])
 
 
-def _link(ax, i, link, ends, theta, unit, rig):
+def _link(ax, i, link, ends, theta, unit, size, rig):
     """One link with its dimensions; those stand on the side away from the vertical."""
     lower, upper = ends
     side = _away(theta + math.copysign(math.pi / 2, theta), unit)
-    width = 0.55 * _size(ax, unit)
-    line(ax, *ends, color=link_color(i), linewidth=width, solid_capstyle="round", zorder=3)
+    line(ax, *ends, color=link_color(i), linewidth=0.55 * size, solid_capstyle="round", zorder=3)
     centre = lower + _away(theta, link.com)
     _mark(ax, centre, color="white", markeredgecolor=INK, zorder=5)
     _mark(ax, centre, marker="+")
@@ -112,10 +106,10 @@ def _link(ax, i, link, ends, theta, unit, rig):
         note(ax, *name, f"$m_{i}, I_{i}$", ha="right" if theta >= 0 else "left", zorder=7)
     upright = lower + _away(0, 0.62 * unit)
     line(ax, lower, upright, color=COLORS["grey"], linestyle="--", linewidth=1.1, zorder=2)
-    _angle(ax, i, lower, theta, 0.5 * unit)
-    _dimension(ax, f"$a_{i}$", lower, centre, 0.17 * side, unit)
+    _angle(ax, i, lower, theta, 0.5 * unit, size)
+    _dimension(ax, f"$a_{i}$", lower, centre, 0.17 * side, size)
     if i < rig.n_links:
-        _dimension(ax, f"$l_{i}$", lower, upper, 0.47 * side, unit)
+        _dimension(ax, f"$l_{i}$", lower, upper, 0.47 * side, size)
 
 
 def _mark(ax, at, **style):
@@ -130,42 +124,41 @@ def _arc(ax, at, radius, angles, **style):
     ax.add_patch(Arc(at, 2 * radius, 2 * radius, theta1=ends[0], theta2=ends[1], **style))
 
 
-def _angle(ax, i, at, theta, radius):
+def _angle(ax, i, at, theta, radius, size):
     """The arc from the vertical to the link."""
     _arc(ax, at, radius, (0.0, theta), color=INK, linewidth=1.3)
     # A narrow angle has no room for its name, which then stands across the vertical.
     turn, reach = (theta / 2, 0.74) if abs(theta) > 0.45 else (math.copysign(0.45, -theta), 0.6)
-    size = _size(ax, 2 * radius)
     place = at + _away(turn, reach * radius)
     note(ax, *place, rf"$\theta_{i}$", fontsize=size, zorder=7, bbox={**ON_WHITE, "pad": 0.4})
 
 
 def _relative(ax, i, at, theta, unit):
     """Link i-1 drawn on, dotted, and the arc from there to link i: what a potentiometer reads."""
-    on, size = at + _away(theta[0], 1.1 * unit), 1.15 * _size(ax, 1.8 * unit)
+    on = at + _away(theta[0], 1.1 * unit)
     line(ax, at, on, color=link_color(i - 1), linestyle=":", linewidth=1.6, zorder=2)
     _arc(ax, at, 0.9 * unit, theta, color=link_color(i), linewidth=2)
     x, y = on - [0.14 * unit, 0.15 * unit * math.cos(theta[0])]
-    note(ax, x, y, angle_label(i), ha="right", color=link_color(i), fontsize=size, zorder=7)
+    note(ax, x, y, angle_label(i), ha="right", color=link_color(i), fontsize=12.65, zorder=7)
 
 
-def _dimension(ax, text, start, end, offset, unit):
+def _dimension(ax, text, start, end, offset, size):
     """A dimension line beside a link, with its two extension lines."""
     for at in (start, end):
         beside = at + 0.25 * offset, at + 1.08 * offset
         line(ax, *beside, color=COLORS["grey"], linewidth=0.8, zorder=1)
     ends = start + offset, end + offset
     arrow(ax, *ends, heads="<|-|>", size=9, linewidth=1.0)
-    note(ax, *np.mean(ends, axis=0), text, fontsize=_size(ax, unit), zorder=7, bbox=ON_WHITE)
+    note(ax, *np.mean(ends, axis=0), text, fontsize=size, zorder=7, bbox=ON_WHITE)
 
 
-def _torque(ax, i, at, unit):
+def _torque(ax, i, at, unit, size):
     """A clockwise arrow round a driven hinge: positive torque on the upper of its two links."""
     radius = 0.24 * unit
     bend = [at + _away(angle, radius) for angle in np.radians(np.linspace(-125, -28, 10))]
     arrow(ax, *bend, size=10, color=look("u1")["color"], linewidth=2, zorder=4)
     x, y = at + [-1.2 * radius, 0.55 * radius]
-    note(ax, x, y, f"$T_{i}$", ha="right", fontsize=_size(ax, unit), zorder=7)
+    note(ax, x, y, f"$T_{i}$", ha="right", fontsize=size, zorder=7)
 
 
 def _values(fig, rig):

@@ -81,12 +81,11 @@ def series_map():
 
 
 def _box(ax, x, y, name, title, does, draw):
-    line = dict(edgecolor=COLORS["blue"], linewidth=1.5)
-    box(ax, x + WIDTH / 2, y + HEIGHT / 2, WIDTH, HEIGHT, rounded=0.08, **line)
-    head = dict(weight="bold", fontsize=14)
-    note(ax, x + 0.1, y + HEIGHT - 0.25, f"{name}  {title}", ha="left", **head)
+    box(ax, x + WIDTH / 2, y + HEIGHT / 2, WIDTH, HEIGHT, rounded=0.08, edgecolor=COLORS["blue"],
+        linewidth=1.5)  # fmt: skip
+    top = y + HEIGHT - 0.25
+    note(ax, x + 0.1, top, f"{name}  {title}", ha="left", weight="bold", fontsize=14)
     note(ax, x + 0.1, y + 0.22, does, ha="left", fontsize=12)
-    place = x + 0.15, y + 0.45, WIDTH - 0.3, HEIGHT - 0.95
-    sign = ax.inset_axes(place, transform=ax.transData)
+    sign = ax.inset_axes((x + 0.15, y + 0.45, WIDTH - 0.3, HEIGHT - 0.95), transform=ax.transData)
     draw(sign)
     sign.axis("off")

@@ -83,22 +83,22 @@ def compare(runs, panel="a", window=None, frame=None, own_axes=False):
             ax.get_legend().remove()
     axes[-1].set_xlabel("time, s")
     fig.supylabel(LABELS[panel])
-    sizes = {name: _largest(run, panel, window) for name, run in runs.items()}
-    words = "; ".join(
-        f"{name} {'falls' if run.fell else '' if own_axes else sizes[name]}".strip()
-        for name, run in runs.items()
-    )
+    sizes = {name: _largest(run, panel, window, own_axes) for name, run in runs.items()}
+    words = "; ".join(f"{name} {size}".strip() for name, size in sizes.items())
     caption = f"Largest value in each row, to one digit ({LABELS[panel]}): {words}."
     if own_axes:
         caption = f"Each row has its own axis ({LABELS[panel]})."
-    axes = "axes of their own" if own_axes else "equal axes"
-    return describe(
-        fig, caption, f"{len(runs)} rows of traces over time with {axes}, {LABELS[panel]}: {words}."
+    alt = (
+        f"{len(runs)} rows of traces over time with {'axes of their own' if own_axes else 'equal axes'}, "
+        f"{LABELS[panel]}: {words}."
     )
+    return describe(fig, caption, alt)
 
 
-def _largest(run, panel, window):
-    """Largest absolute value within a window, to one digit: in a gap the motion is chaotic."""
+def _largest(run, panel, window, own_axes):
+    """That it falls, or its largest value within a window; in a gap the motion is chaotic."""
+    if run.fell or own_axes:
+        return "falls" if run.fell else ""
     start, stop = (0, np.inf) if window is None else window
     within = (run.t >= start) & (run.t <= stop)
     traces = signals(run)[panel].values()
@@ -124,14 +124,13 @@ def pushes_figure(maps):
     ----------
     maps : dict, name -> `pendlab.pushes.Admissible`, all with the same lengths
     """
-    styles = ("-", "--", ":", "-.")
     for name, one in mapping("maps", maps, '{"ideal": pl.largest_pulses(...)}').items():
         instance(f"maps[{name!r}]", one, Admissible, "pl.largest_pulses(...)")
-    if len(maps) > len(styles):
-        raise ValueError(f"maps: at most {len(styles)} fit, found {len(maps)}.")
+    if len(maps) > 4:
+        raise ValueError(f"maps: at most 4 fit, found {len(maps)}.")
     fig = new_figure(8, 4.4)
     ax = fig.subplots()
-    for style, (name, found_) in zip(styles, maps.items()):
+    for style, (name, found_) in zip(("-", "--", ":", "-."), maps.items()):
         for i, heights in enumerate(found_.heights):
             # Curves that coincide are all seen: the lower link's is the broadest, underneath.
             broad = dict(linewidth=max(1.2, 4.5 - 1.5 * i), markersize=max(3, 9 - 2.5 * i))
@@ -165,7 +164,13 @@ def bench_page(run, window):
         moves = {panel: draw_traces(ax, run, panel, window) for panel, ax in axes.items()}
         axes["a"].get_legend().remove()
         (wanted,) = axes["a"].plot([], [], **look("reference"))
-        _tidy(fig, axes)
+        for panel, ax in axes.items():
+            ax.set_title(ax.get_ylabel(), fontsize=10, loc="left")
+            ax.set_ylabel("")
+            ax.set_xlabel("" if panel in "ab" else "time, s", fontsize=10)
+            ax.tick_params(labelsize=9)
+        handles = axes["a"].get_legend_handles_labels()
+        fig.legend(*handles, loc="lower center", borderpad=0, ncols=6, fontsize=9)
 
         def update(data):
             run, window = data
@@ -188,17 +193,6 @@ def bench_page(run, window):
         return words, f"Angles, rate and voltages over time. {words}", apart
 
     return live(fig, draw, compute, say, run, window, ghosts=True)
-
-
-def _tidy(fig, axes):
-    """Names of the axes as titles, time below the lowest, one legend."""
-    for panel, ax in axes.items():
-        ax.set_title(ax.get_ylabel(), fontsize=10, loc="left")
-        ax.set_ylabel("")
-        ax.set_xlabel("" if panel in "ab" else "time, s", fontsize=10)
-        ax.tick_params(labelsize=9)
-    handles = axes["a"].get_legend_handles_labels()
-    fig.legend(*handles, loc="lower center", borderpad=0, ncols=6, fontsize=9)
 
 
 def frame(traces, t, window):
