@@ -102,13 +102,10 @@ def apparatus_blocks(rig, dt=0.01):
         ("A/D", right, low, "A/D, multiplexer\n12 bit", {}),
     ]:
         diagram.box(name, x, y, text, width=2.2, height=0.66, **style)
-    stops = "D/A", "input", "power", "plant", "output", "A/D"
-    for way in [
-        ("computer", (left, bottom), "D/A"),
-        *pairwise(stops),
-        ("A/D", (right, bottom), "computer"),
-    ]:
-        diagram.wire(*way)
+    diagram.wire("computer", (left, bottom), "D/A")
+    for one, other in pairwise(["D/A", "input", "power", "plant", "output", "A/D"]):
+        diagram.wire(one, other)
+    diagram.wire("A/D", (right, bottom), "computer")
     inputs = "$u_1$" if m == 1 else "$u_1, u_2$" if m == 2 else rf"$u_1 \ldots u_{m}$"
     angles = [angle_label(i) for i in range(1, n + 1)]
     shown = angles if n <= 3 else [angles[0], "…", angles[-1]]

@@ -73,26 +73,13 @@ def _curve(loop, omega):
     return L[:, 0, 0] if loop.ninputs == 1 else np.linalg.det(np.eye(loop.ninputs) + L)
 
 
-def draw_loops(ax, curves, looks, frame, zoom=None):
-    """Nyquist curves near the critical point; as `follow`.
+def draw_loops(ax, curves, looks, frame):
+    """Nyquist curves with their marks near the critical point; as `follow`.
 
-    A look for each of the curves, the frame ((left, right), (bottom, top)) of the axes, and perhaps
-    zoom = (box, half): an inset at box = (x, y, width, height) in parts of the axes that shows the
-    critical point with `half` on every side.
+    A look for each of the curves, the frame ((left, right), (bottom, top)) of the axes.
     """
     frame_plane(ax, frame)
     ax.set_aspect("equal", adjustable="box")
-    views = [ax] if zoom is None else [ax, _inset(ax, curves[0].critical, *zoom)]
-    moves = [_draw_view(view, curves, looks) for view in views]
-
-    def update(curves):
-        return [artist for move in moves for artist in move(curves)]
-
-    return update
-
-
-def _draw_view(ax, curves, looks):
-    """Axes through 0, curves with their marks, unit circle and critical point."""
     zero_lines(ax)
     styles = []
     for style in looks:
@@ -108,15 +95,6 @@ def _draw_view(ax, curves, looks):
         unit_circle(ax)
     ax.plot([critical], [0], **look("critical", label=f"critical point ${critical:g}$"))
     return update
-
-
-def _inset(ax, critical, box, half):
-    inset = ax.inset_axes(box)
-    inset.set(xlim=(critical - half, critical + half), ylim=(-half, half), aspect="equal")
-    inset.tick_params(labelsize=8)
-    inset.set_title(f"near ${critical:g}$", fontsize=9, pad=3)
-    ax.indicate_inset_zoom(inset, edgecolor=COLORS["grey"])
-    return inset
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ CURVES_8 = {
 }
 CURVES = dict(zip(("nominal", "filters"), LOOKS))
 BROKEN_AT = {8: 0, 10: 0, 11: 1}  # Fig -> input at which its loop is broken; in the others at all
-ZOOM = (0.42, 0.6, 0.28, 0.36), 0.12  # the inset of Fig 11
+INSET = (0.42, 0.6, 0.28, 0.36), ((-1.12, -0.88), (-0.12, 0.12))  # of Fig 11: place, frame
 
 
 @styled()
@@ -90,15 +90,20 @@ def near_figure(number, *designs):
         for data, (name, style) in zip(curves, (CURVES_8 if number == 8 else CURVES).items())
     ]
     frame = published(f"fig{number}.frame").values if papers else fitted(curves)
-    # An inset shows something only where a curve comes near.
-    zoom = ZOOM if number == 11 and min(curve.distance for curve in curves) <= ZOOM[1] else None
     width, height = np.ptp(frame, axis=1)
     inch = min(6.0 / width, 4.5 / height)
     below = 0.12 * inch * height + 0.22 * (len(looks) + 3) + 0.1
     size = 7.0, inch * height + below + 0.15
     fig = new_figure(*size, layout=None)
     ax = fig.add_axes((0.8 / 7, below / size[1], inch * width / 7, inch * height / size[1]))
-    draw_loops(ax, curves, looks, frame, zoom)
+    draw_loops(ax, curves, looks, frame)
+    if number == 11 and min(curve.distance for curve in curves) <= 0.12:  # something is to be seen
+        inset = ax.inset_axes(INSET[0])
+        draw_loops(inset, curves, looks, INSET[1])
+        inset.set(xlabel="", ylabel="")
+        inset.tick_params(labelsize=8)
+        inset.set_title("near $-1$", fontsize=9, pad=3)
+        ax.indicate_inset_zoom(inset, edgecolor=COLORS["grey"])
     meets = "▼ meets the real axis" + "   ● meets the unit circle" * (curves[0].critical == -1.0)
     ax.legend(loc="upper left", bbox_to_anchor=(-0.02, -0.12), title=meets, frameon=False,
               title_fontsize=10, alignment="left")  # fmt: skip
