@@ -54,11 +54,9 @@ def link_color(i):
 
 
 def draw_links(ax, points, **line):
-    """Links between points (n+1, 2), each in the colour of its angle; returns their lines."""
-    return [
-        ax.plot(*zip(*ends), color=link_color(i), solid_capstyle="round", **line)[0]
-        for i, ends in enumerate(pairwise(points), 1)
-    ]
+    """Links between points (n+1, 2), each in the colour of its angle."""
+    for i, ends in enumerate(pairwise(points), 1):
+        ax.plot(*zip(*ends), color=link_color(i), solid_capstyle="round", **line)
 
 
 def _faces(rig):
@@ -68,30 +66,20 @@ def _faces(rig):
 
 @styled()
 def draw_pendulum(ax, rig, angles):
-    """Draw the rig at relative angles and return ``update(angles)``, which moves the drawing.
+    """Draw the rig at relative angles (rad), in axes that hold every attitude above the ground.
 
-    Links wear the colour of their angle; a filled hinge has a motor, an open one is free. The axes
-    are fixed and hold every attitude above the ground. ``update`` returns the moved artists.
+    Links wear the colour of their angle; a filled hinge has a motor, an open one is free.
     """
-    n = check_rig(rig).n_links
+    points = joints(rig, array("angles", angles, (check_rig(rig).n_links,)))
     reach = sum(link.length for link in rig.links)
     ax.set_axis_off()
     ax.set(xlim=(-1.08 * reach, 1.08 * reach), ylim=(-0.15 * reach, 1.08 * reach), aspect="equal")
     ax.plot([-0.15 * reach, 0.15 * reach], [0, 0], color=COLORS["grey"], linewidth=3, zorder=1)
     ax.plot([0, 0], [0, 1.04 * reach], color=COLORS["grey"], linewidth=0.8, linestyle=":", zorder=1)
-    links = draw_links(ax, np.zeros((n + 1, 2)), linewidth=5, zorder=2)
+    draw_links(ax, points, linewidth=5, zorder=2)
     hinge = dict(markersize=8, markeredgewidth=1.6, markeredgecolor="black", zorder=3)
-    hinges = [ax.plot([], [], "o", markerfacecolor=face, **hinge)[0] for face in _faces(rig)]
-
-    def update(angles):
-        points = joints(rig, array("angles", angles, (n,)))
-        for i in range(n):
-            links[i].set_data(*points[i : i + 2].T)
-            hinges[i].set_data(*points[i : i + 1].T)
-        return [*links, *hinges]
-
-    update(angles)
-    return update
+    for at, face in zip(points, _faces(rig)):
+        ax.plot(*at, "o", markerfacecolor=face, **hinge)
 
 
 def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):

@@ -7,7 +7,6 @@ import numpy as np
 
 from ..loop import closed_loop_eigenvalues, sorted_eigenvalues
 from ..paper.alignment import alignment_interval
-from ..paper.designs import paper_design
 from ..sampled import align
 from ..studies.transmission import time_constant
 from .frequency import LOOKS, decibels, draw_loops, draw_sigma_min, nyquist, sigma_min
@@ -40,12 +39,11 @@ BOTH_LOOPS = r"both: $\det(I+PG)$, from 0", ((-2.0, 1.0), (-1.2, 1.8))
 
 
 @styled()
-def kp_page(design=None):
+def kp_page(design):
     """Fig 6 with moving eigenvalues, and what k_p makes of loop 2.
 
     Only k_p may change from design to design; branches and interval are computed once.
     """
-    design = paper_design("triple") if design is None else design
     locus = root_locus(design.model, np.linspace(0, 100, 401), design.kp)
     low, high = alignment_interval(design.model)
     title, frame = TWO_LOOPS[1]
