@@ -4,10 +4,10 @@ from itertools import pairwise
 
 import numpy as np
 
-from .._arguments import array, found, number, whole
+from .._arguments import found, number, whole
 from ..models import linearize
 from .blocks import Diagram
-from .moving import check_rig, draw_links, joints
+from .moving import check_rig, draw_links, film, joints
 from .sketch import note
 from .style import COLORS, describe, new_figure, styled
 
@@ -58,15 +58,12 @@ def strobe(rig, t, angles, every=0.09, count=7):
     t : (N,) times, s, increasing
     angles : (N, n) relative angles, rad
     """
-    n = check_rig(rig).n_links
-    t = array("t", t, (None,))
-    angles = array("angles", angles, (len(t), n))
+    t, angles, joints_at = film(rig, t, angles)
     number("every", every, above=0)
     times = t[-1] - every * np.arange(whole("count", count, least=1, most=1000))[::-1]
-    poses = joints(rig, np.stack([np.interp(times, t, column) for column in angles.T], axis=-1))
     fig = new_figure(6, 3.6)
     ax = fig.subplots()
-    for points, shade in zip(poses, np.linspace(0.2, 1, count), strict=True):
+    for points, shade in zip(joints_at(times), np.linspace(0.2, 1, count), strict=True):
         draw_links(ax, points, linewidth=5, alpha=shade)
     ax.plot([-0.1, 0.1], [0, 0], color=COLORS["grey"], linewidth=3)
     ax.set(aspect="equal", xlabel="m", ylabel="m", ylim=(-0.05, None))

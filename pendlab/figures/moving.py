@@ -48,6 +48,19 @@ def joints(rig, angles):
     return np.concatenate([np.zeros_like(steps[..., :1, :]), np.cumsum(steps, axis=-2)], axis=-2)
 
 
+def film(rig, t, angles):
+    """Checked times (N,) and angles (N, n) of a run, and a function of times that gives joints."""
+    t = array("t", t, (None,))
+    if len(t) < 2 or np.any(np.diff(t) <= 0):
+        raise ValueError("t: expected at least two increasing times in s; pass the run's t.")
+    angles = array("angles", angles, (len(t), check_rig(rig).n_links))
+
+    def joints_at(times):
+        return joints(rig, np.stack([np.interp(times, t, column) for column in angles.T], axis=-1))
+
+    return t, angles, joints_at
+
+
 def link_color(i):
     """Colour of link i: that of the angle measured at its lower hinge."""
     return look(angle_name((i - 1) % 6 + 1))["color"]
@@ -95,11 +108,7 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
     speed : 1 is real time, 0.5 half as fast
     title : name of the picture; the rig's name if None
     """
-    n = check_rig(rig).n_links
-    t = array("t", t, (None,))
-    if len(t) < 2 or np.any(np.diff(t) <= 0):
-        raise ValueError("t: expected at least two increasing times in s; pass the run's t.")
-    angles = array("angles", angles, (len(t), n))
+    t, angles, joints_at = film(rig, t, angles)
     number("speed", speed, above=0)
     number("width", width, above=60)
     number("height", height, above=60)
@@ -107,8 +116,7 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
     if not playing <= 3600:
         raise ValueError(f"t, speed: expected a film of an hour at most, found {playing:.3g} s.")
     times = np.linspace(t[0], t[-1], max(2, round(playing * FPS) + 1))
-    frames = np.stack([np.interp(times, t, column) for column in angles.T], axis=-1)
-    points, ground = _to_pixels(rig, joints(rig, frames), width, height)
+    points, ground = _to_pixels(rig, joints_at(times), width, height)
     clock = f'dur="{playing:.2f}s" repeatCount="indefinite"'
     drawn = _drawn(np.char.mod("%.1f", points.T), _faces(rig), clock)
     span, full = f"{t[0]:g} s to {t[-1]:g} s", f"{width - 28:g}"
@@ -119,7 +127,7 @@ def animate_svg(rig, t, angles, width=360, height=320, speed=1.0, title=None):
         width=f"{width:g}",
         height=f"{height:g}",
         title=escape(f"{rig.name}: pendulum in motion" if title is None else text("title", title)),
-        about=f"Moving drawing of {n} links over {span}, at {speed:g} times real speed. "
+        about=f"Moving drawing of {rig.n_links} links over {span}, at {speed:g} times real speed. "
         f"Largest angles: {', '.join(sizes)}.",
         ground="{:.1f} {:.1f}".format(*ground),
         below=f"{height - 10:g}",

@@ -16,21 +16,12 @@ from .style import describe, freeze_layout
 def live(fig, draw, compute, say, *subject, ghosts=False):
     """Draw a figure once and give it ``fig.update(*subject)``, so that sliders can drive it.
 
-    Parameters
-    ----------
-    fig : CaptionedFigure, still without its curves
-    draw : function of the computed data that creates artists in the figure and returns a move for
-        each part of the data: a function of it that changes the artists and returns those that moved
-    compute : function of the subject, such as a design, that gives a list of data; what cannot be is
-        refused here, before anything has moved
-    say : function of (data, *subject) that gives caption and description, and for a panel a dict of
-        what is told apart: ``verdict`` (word, whether it is good), ``table`` (rows of text, heads
-        first), ``lead`` (the sentences that the table leaves)
-    ghosts : whether the curves of the first subject stay, pale, while others move
-
-    Returns
-    -------
-    the figure, laid out; ``fig.moving`` holds the artists that move
+    `compute(*subject)` gives a list of data; what cannot be is refused there, before anything moves.
+    `draw(data)` creates artists and returns a move for each part of the data: a function of it that
+    changes artists and returns them. `say(data, *subject)` gives caption, description, and for a
+    panel a dict of what is told apart: ``verdict`` (word, whether it is good), ``table`` (rows of
+    text, heads first), ``lead`` (the sentences that the table leaves). With `ghosts` the curves of
+    the first subject stay, pale. The figure is laid out; ``fig.moving`` are the artists that move.
     """
 
     def show(data, *subject):
@@ -85,11 +76,8 @@ def follow(ax, looks, data, points):
 class Picture:
     """PNG pictures of an Agg figure whose artists move: what stays is kept, the rest drawn on top.
 
-    Parameters
-    ----------
-    figure : Agg figure, laid out once
-    moving : artists drawn on a kept background, which is renewed when the frame of any axes has
-        changed; all of the figure is drawn each time where it is empty
+    The background of the artists in `moving` is renewed when the frame of any axes has changed; all
+    of the figure is drawn each time where there are none.
     """
 
     def __init__(self, figure, moving=()):
@@ -97,11 +85,6 @@ class Picture:
         self._background, self._frames = None, None
         for artist in self.moving:
             artist.set_animated(True)
-
-    @property
-    def size(self):
-        """Width and height in pixels."""
-        return tuple(int(length) for length in self.figure.bbox.size)
 
     def png(self):
         """The figure as it is now."""

@@ -65,10 +65,9 @@ def schematic(rig, angles=None):
 
 def _upright_centre(rig):
     """Mass (kg) and height of the centre of mass above hinge 1 (m) of the upright rig."""
-    below = np.concatenate([[0.0], np.cumsum([link.length for link in rig.links])])
-    mass = sum(link.mass for link in rig.links)
-    moment = sum(link.mass * (y + link.com) for link, y in zip(rig.links, below))
-    return mass, moment / mass
+    masses = np.array([link.mass for link in rig.links])
+    heights = joints(rig, np.zeros(rig.n_links))[:-1, 1] + [link.com for link in rig.links]
+    return masses.sum(), masses @ heights / masses.sum()
 
 
 def _frame(ax, points, shortest):

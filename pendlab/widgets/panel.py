@@ -78,7 +78,7 @@ class Panel:
                 "groups": self._groups(groups, first),
                 "buttons": [*self.presets, *self.actions],
                 "legend": [*(text("legend", line) for line in lines), KEYS],
-                "width": self._picture.size[0],
+                "width": int(view.figure.bbox.width),
                 "still": f"pendlab-{token_hex(4)}",
                 "continuous": flag("continuous", continuous),
             }
