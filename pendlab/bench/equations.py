@@ -1,5 +1,7 @@
 """The equations of motion as scalar code, generated from the derivation for the simulator."""
 
+from itertools import combinations
+
 import sympy as sp
 
 from ..lagrange import derive
@@ -17,12 +19,12 @@ def acceleration_source(n_links, n_motors):
     motion = derive(n_links, n_motors)
     n, q, v = n_links, list(motion.q), list(motion.v)
     table = {}  # combined coefficient -> symbol c[k]
+    rates = {v[i]: sp.Symbol(f"v{i}") for i in range(n)}
     squares = {v[i] ** 2: sp.Symbol(f"vv{i}") for i in range(n)}
+    pairs = list(combinations(range(n), 2))
     sines = {sp.sin(q[i]): sp.Symbol(f"s{i}") for i in range(n)}
-    for i in range(n):
-        for j in range(i + 1, n):
-            sines[sp.sin(q[i] - q[j])] = sp.Symbol(f"s{i}{j}")
-            sines[sp.cos(q[i] - q[j])] = sp.Symbol(f"c{i}{j}")
+    sines |= {sp.sin(q[i] - q[j]): sp.Symbol(f"s{i}{j}") for i, j in pairs}
+    sines |= {sp.cos(q[i] - q[j]): sp.Symbol(f"c{i}{j}") for i, j in pairs}
 
     def combined(expression):
         """The expression with each product of parameters summed into one constant."""
@@ -35,23 +37,20 @@ def acceleration_source(n_links, n_motors):
             sign = -1 if factor.could_extract_minus_sign() else 1
             symbol = table.setdefault(sign * factor, sp.Symbol(f"k{len(table)}"))
             total += sign * symbol * moving
-        return total.subs({**squares, **sines})
+        return total.subs({**squares, **sines, **rates})
 
     lower = [(i, j) for i in range(n) for j in range(i + 1)]
     entries = [combined(motion.mass_matrix[i, j]) for i, j in lower]
     entries += [combined(motion.bias[i]) for i in range(n)]
-    names = {q[i]: f"q{i}" for i in range(n)} | {v[i]: f"v{i}" for i in range(n)}
-    entries = [entry.subs({old: sp.Symbol(new) for old, new in names.items()}) for entry in entries]
     shared, entries = sp.cse(entries, symbols=sp.numbered_symbols("x"), order="none")
 
     body = [f"q{i} = q[{i}]" for i in range(n)] + [f"v{i} = v[{i}]" for i in range(n)]
     body += [f"k{k} = c[{k}]" for k in range(len(table))]
     body += [f"vv{i} = v{i} * v{i}" for i in range(n)]
     body += [f"s{i} = sin(q{i})" for i in range(n)] + [f"c{i} = cos(q{i})" for i in range(n)]
-    for i in range(n):
-        for j in range(i + 1, n):
-            body.append(f"s{i}{j} = s{i} * c{j} - c{i} * s{j}")
-            body.append(f"c{i}{j} = c{i} * c{j} + s{i} * s{j}")
+    for i, j in pairs:
+        body.append(f"s{i}{j} = s{i} * c{j} - c{i} * s{j}")
+        body.append(f"c{i}{j} = c{i} * c{j} + s{i} * s{j}")
     body += [f"{name} = {sp.pycode(value)}" for name, value in shared]
     body += [f"m{i}{j} = {sp.pycode(e)}" for (i, j), e in zip(lower, entries)]
     body += [f"r{i} = Q[{i}] - ({sp.pycode(e)})" for i, e in enumerate(entries[len(lower) :])]

@@ -117,11 +117,9 @@ def voltages(answer, m, t):
     if not isinstance(answer, tuple) or len(answer) != 2:
         raise ValueError(f"{when} must return the pair (u, next state), {found(answer)}.")
     try:
-        u = np.atleast_1d(array("u", answer[0], finite=False))
-    except TypeError as problem:
+        u = array("u", answer[0], (m,), finite=False)
+    except (TypeError, ValueError) as problem:
         raise ValueError(f"{when} must return {m} voltages, {found(answer[0])}.") from problem
-    if u.shape != (m,):
-        raise ValueError(f"{when} must return {m} voltages, found shape {u.shape}.")
     if not np.all(np.isfinite(u)):
         raise ValueError(f"{when} returned {u}; every voltage must be finite.")
     return u, answer[1]

@@ -17,16 +17,10 @@ ARGUMENTS = tuple(inspect.signature(simulate).parameters)
 
 @dataclass(frozen=True)
 class Runs(Sequence):
-    """Results in the order of the cases: a `Run`, or None where stopped before its turn.
-
-    Attributes
-    ----------
-    runs : tuple of Run or None
-    stopped : True where the user interrupted
-    """
+    """Results in the order of the cases: a `Run` each; None for those before which it `stopped`."""
 
     runs: tuple
-    stopped: bool = False
+    stopped: bool = False  # True where the user interrupted
 
     def __len__(self):
         return len(self.runs)

@@ -44,39 +44,29 @@ def any_loop(bench, controller, y_ref, first):
     """Sample by sample, with any controller that has `step`."""
     kernel, clock, ports, count = bench.kernel, bench.clock, bench.ports, len(y_ref)
     n, m, x = kernel.N, kernel.M, bench.state.x
-    X, y, u = (np.zeros((count, k)) for k in (2 * n, n + 1, m))
+    X, y, u = (pack(kernel, np.zeros((count, k))) for k in (2 * n, n + 1, m))
     estimate = [] if callable(getattr(controller, "estimate", None)) else None
-    reading, volts = (pack(kernel, np.zeros(k)) for k in (n + 1, m))
     state, fell = None, -1.0
     if callable(getattr(controller, "start", None)):
         state = called("controller: start", 0.0, controller.start, first)
     for k in range(count):
         t = k * clock.dt
-        X[k] = _relative(np.asarray(x[: 2 * n]), n)
-        kernel.read(x, ports.error[k], ports.ad, bench.plant.w_out, reading)
-        y[k] = reading
+        kernel.record(k, x, X)
+        kernel.read(x, ports.error[k], ports.ad, bench.plant.w_out, y[k])
         if estimate is not None:
-            estimate.append(_estimate(controller, state, y[k].copy(), t))
+            xhat = called("controller: estimate", t, controller.estimate, state, np.array(y[k]))
+            estimate.append(array(f"controller: estimate at t = {t:.4g} s", xhat, (2 * n,)))
         target = float(y_ref[k, 0]) if y_ref.shape[1] == 1 else y_ref[k].copy()
-        answer = called("controller: step", t, controller.step, state, y[k].copy(), target)
-        volts[:], state = voltages(answer, m, t)
-        kernel.send(volts, bench.state.sent, ports.da, bench.plant.limit)
-        u[k] = volts
+        answer = called("controller: step", t, controller.step, state, np.array(y[k]), target)
+        u[k][:], state = voltages(answer, m, t)
+        kernel.send(u[k], bench.state.sent, ports.da, bench.plant.limit)
         if k + 1 < count:
             loads = bench.held[k % len(bench.held)]
             fell = kernel.hold(bench.state, t, clock, bench.plant, loads, bench.work)
             if fell >= 0:
                 break
-    return k + 1, fell, X, y, u, None if estimate is None else np.array(estimate)
-
-
-def _estimate(controller, state, y, t):
-    value = called("controller: estimate", t, controller.estimate, state, y)
-    return array(f"controller: estimate at t = {t:.4g} s", value, (2 * (len(y) - 1),))
-
-
-def _relative(absolute, n):
-    return np.concatenate([np.diff(absolute[:n], prepend=0.0), np.diff(absolute[n:], prepend=0.0)])
+    estimates = None if estimate is None else np.array(estimate)
+    return k + 1, fell, *map(np.asarray, (X, y, u)), estimates
 
 
 def first_estimate(bench, x0):

@@ -1,5 +1,6 @@
 """What the kernel's functions take, by what it belongs to: arrays, or lists where nothing is compiled."""
 
+from collections import namedtuple
 from typing import NamedTuple
 
 
@@ -44,17 +45,8 @@ class Ports(NamedTuple):
     da: list  # D/A step of each motor, V
 
 
-class Law(NamedTuple):
-    """The paper's controller, as `pl.Controller` has it."""
-
-    E: list
-    H: list
-    K: list
-    L1: list
-    L2: list
-    F: list
-    tracked: list
-    u_max: list  # the program's own limits, V
+# The paper's controller, as `pl.Controller` has it.
+Law = namedtuple("Law", "E H K L1 L2 F tracked u_max")
 
 
 class Memory(NamedTuple):
@@ -65,10 +57,5 @@ class Memory(NamedTuple):
     v_next: list  # room for the observer's next state
 
 
-class Rows(NamedTuple):
-    """The record, a row per sample: relative states, readings, voltages, estimates."""
-
-    X: list
-    Y: list
-    U: list
-    XH: list
+# The record, a row per sample: relative states, readings, voltages, estimates.
+Rows = namedtuple("Rows", "X Y U XH")

@@ -39,11 +39,9 @@ def changed(name, part, factor=0.0):
     if entry == "initial":
         return dict(initial=tuple(factor * angle for angle in bench_start(rig)))
     if entry == "damping":
-        first = replace(
-            stands.motors[0],
-            damping=factor * stands.motors[0].damping if factor else rig.motors[0].damping,
-        )
-        return dict(rig=replace(stands, motors=(first, *stands.motors[1:])))
+        first, *others = stands.motors
+        damping = factor * first.damping if factor else rig.motors[0].damping
+        return dict(rig=replace(stands, motors=(replace(first, damping=damping), *others)))
     values = np.array(getattr(on, entry), dtype=float)
     values[slice(None) if motor is None else slice(motor, motor + 1)] *= factor
     return dict(imperfections=replace(on, **{entry: tuple(values.tolist())}))
@@ -72,19 +70,21 @@ def hertz(run, since=10.0):
 
 def quantities(name, run):
     """What can be read off Fig 16 or 17: sizes (rad, V), frequency (Hz)."""
-    figure = FIGURES[name][0][-1]
-    found_ = extremes(name, run)
+    figure, ends = FIGURES[name][0][-1], extremes(name, run)
     since = 0.0 if run.fell else 10.0
     late = run.t >= since
+
+    def size(panel):
+        return (ends[f"{figure}{panel} max"] - ends[f"{figure}{panel} min"]) / 2
+
     values = {
         "size of θ2−θ1": np.ptp(run.y[late, 1]) / 2,
         "its frequency": hertz(run, since),
-        "rate of link 1": (found_[f"{figure}b max"] - found_[f"{figure}b min"]) / 2,
-        "voltage 1": (found_[f"{figure}c max"] - found_[f"{figure}c min"]) / 2,
+        "rate of link 1": size("b"),
+        "voltage 1": size("c"),
     }
     if name == "triple":
-        values["size of θ3−θ2"] = np.ptp(run.y[late, 2]) / 2
-        values["voltage 2"] = (found_[f"{figure}d max"] - found_[f"{figure}d min"]) / 2
+        values |= {"size of θ3−θ2": np.ptp(run.y[late, 2]) / 2, "voltage 2": size("d")}
     return dict.fromkeys(values, np.nan) if run.fell else values
 
 

@@ -38,14 +38,9 @@ def bench_run(name, t_end=37.0):
 
 @lru_cache
 def _bench_run(name, t_end):
-    design = paper_design(name)
-    return simulate(
-        bench_rig(design.rig),
-        design.controller,
-        t_end,
-        initial=bench_start(design.rig),
-        imperfections=bench_imperfections(design.rig),
-    )
+    rig, controller = paper_design(name).rig, paper_design(name).controller
+    start, on = bench_start(rig), bench_imperfections(rig)
+    return simulate(bench_rig(rig), controller, t_end, start, imperfections=on)
 
 
 def bench_ensemble(

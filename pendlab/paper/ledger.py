@@ -16,24 +16,14 @@ SLACK = 1e-9
 
 @dataclass(frozen=True)
 class Published:
-    """One number, vector or matrix as the paper prints it.
+    """One number, vector or matrix as the paper prints it."""
 
-    Parameters
-    ----------
-    key : short stable name, such as ``"eq1.A"``
-    place : where in the paper, such as ``"equation (1)"``
-    unit : SI; ``"1"`` for a pure number
-    printed : the digits, entries separated by spaces, one matrix row per line
-    note : how the entry was read; may be empty
-    known : why the number is known not to be reproduced; empty where it should be
-    """
-
-    key: str
-    place: str
-    unit: str
-    printed: str
-    note: str = ""
-    known: str = ""
+    key: str  # short stable name, such as "eq1.A"
+    place: str  # where in the paper, such as "equation (1)"
+    unit: str  # SI; "1" for a pure number
+    printed: str  # the digits, entries separated by spaces, one matrix row per line
+    note: str = ""  # how the entry was read
+    known: str = ""  # why the number is known not to be reproduced; empty where it should be
 
     def __post_init__(self):
         for name in FIELDS:

@@ -5,7 +5,7 @@ from operator import attrgetter
 
 import numpy as np
 
-from ..loop import crossings, frequency_response, loop_frequencies, margins, sorted_eigenvalues
+from ..loop import crossings, frequency_response, loop_frequencies, margins
 from ..nyquist import encirclements
 from ..parameters import load
 from ..sampled import align
@@ -87,24 +87,20 @@ def _frequency(end, rig, observer, index, filters):
     return (m.gain_down_omega if end == "lower" else m.crossover[-1]) / (2 * np.pi)
 
 
-def _slow_eigenvalue(kp):
-    """The real eigenvalue near 0.15 that the root locus leaves out."""
-    return np.abs(np.linalg.eigvals(align(_triple().model, kp).A)).min()
+def _magnitudes(kp):
+    """Magnitudes of the eigenvalues of A_t1; the root locus leaves out the least, near 0.15."""
+    return np.abs(np.linalg.eigvals(align(_triple().model, kp).A))
 
 
 def _locus_branches():
     """How many eigenvalues of A_t1 pass through the frame of Fig 6."""
     (left, right), (bottom, top) = published("fig6.frame").values
-    kp = np.linspace(*published("fig6.k_p_range").values, 201)
-    values = np.array([sorted_eigenvalues(align(_triple().model, k).A) for k in kp])
-    seen = (values.real > left) & (values.real < right)
-    seen &= (values.imag > bottom) & (values.imag < top)
-    return int(seen.sum(axis=1).max())
-
-
-def _unstable_when_aligned():
-    aligned = align(_triple().model, _triple().kp)
-    return np.sum(np.abs(np.linalg.eigvals(aligned.A)) > 1)
+    seen = []
+    for kp in np.linspace(*published("fig6.k_p_range").values, 201):
+        z = np.linalg.eigvals(align(_triple().model, kp).A)
+        framed = (left < z.real) & (z.real < right) & (bottom < z.imag) & (z.imag < top)
+        seen.append(framed.sum())
+    return max(seen)
 
 
 def det_crossing(loop, omega=None, curve=None):
@@ -141,11 +137,13 @@ RECOMPUTED = {
         for key, curve in CURVES.items()
         for end in ("lower", "upper")
     },
-    **{f"eq18.eigenvalue.k_p_{kp}": partial(_slow_eigenvalue, kp) for kp in (0, 10, 20)},
     "eq1.eigenvalues": partial(_eigenvalues, "double", "eq1.eigenvalues"),
     "eq2.eigenvalues": partial(_eigenvalues, "triple", "eq2.eigenvalues"),
+    "eq18.eigenvalue.k_p_0": lambda: _magnitudes(0).min(),
+    "eq18.eigenvalue.k_p_10": lambda: _magnitudes(10).min(),
+    "eq18.eigenvalue.k_p_20": lambda: _magnitudes(20).min(),
     "eq18.k_p_interval": lambda: alignment_interval(_triple().model),
-    "eq18.unstable": _unstable_when_aligned,
+    "eq18.unstable": lambda: np.sum(_magnitudes(_triple().kp) > 1),
     "fig6.eigenvalues": _locus_branches,
     "fig7.encirclements": lambda: encirclements(paper_design("double").state_feedback_loop).turns,
     "fig11.encirclements": lambda: encirclements(_triple().loop(1)).turns,

@@ -17,18 +17,11 @@ HEADER = ("place", "number", "printed", "ours", "verdict")
 
 @dataclass(frozen=True)
 class Score:
-    """One line of the scoreboard.
-
-    Attributes
-    ----------
-    entry : Published
-    ours : our numbers in the shape of ``entry.values``, or None where the paper's are taken over
-    share : of the bench's runs for which the entry holds, where an experiment is judged, or None
-    """
+    """One line of the scoreboard."""
 
     entry: Published
-    ours: np.ndarray | None = None
-    share: float | None = None
+    ours: np.ndarray | None = None  # in the shape of ``entry.values``; None: the paper's
+    share: float | None = None  # of the bench's runs for which it holds; None: no experiment
 
     @property
     def verdict(self):

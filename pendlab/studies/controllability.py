@@ -154,13 +154,8 @@ def with_bar(rig, link, inertia, mass=0.0, height=None):
     inertia follow by the parallel-axis theorem. A uniform bar of length b has the inertia
     mass b^2/12: the longer, the more it is inertia alone, as in the default.
 
-    Parameters
-    ----------
-    rig : Pendulum
-    link : 1 is the lowest
-    inertia : kg m^2
-    mass : kg
-    height : of the bar above the link's lower hinge, m; default is the link's centre of mass
+    `link` 1 is the lowest; `inertia` in kg m^2, `mass` in kg, `height` of the bar above the link's
+    lower hinge in m, by default that of the link's centre of mass.
 
     >>> wider = pl.with_bar(pl.load("double"), 2, inertia=0.1)
     >>> round(wider.links[1].inertia, 4)

@@ -48,16 +48,10 @@ def closed_loop(design, filters=True):
 
     x(n+1) = A x + B u + B_tau tau,   y = C x + noise,   u = controller(y, y_r)
 
-    Parameters
-    ----------
-    design : Design
-    filters : with the rig's filters, or without; noise enters behind them, at the A/D converter
-
-    Returns
-    -------
-    sampled control.StateSpace. Inputs: ``noise <output>`` of each reading (rad, rad/s),
-    ``torque i`` on each link (N m, held over a sample), ``reference <output>`` of each tracked
-    output (rad). Outputs: the n true relative angles (rad), then the m voltages (V).
+    With the rig's `filters` or without; noise enters behind them, at the A/D converter. A sampled
+    control.StateSpace. Inputs: ``noise <output>`` of each reading (rad, rad/s), ``torque i`` on
+    each link (N m, held over a sample), ``reference <output>`` of each tracked output (rad).
+    Outputs: the n true relative angles (rad), then the m voltages (V).
     ``closed_loop(d)["u1", "torque 3"]`` picks one path.
 
     >>> pl.closed_loop(pl.paper_design("double")).output_labels
@@ -68,22 +62,15 @@ def closed_loop(design, filters=True):
     rig, K = design.rig, design.controller.system
     plant = with_filters(design.plant, rig.filters) if filters else design.plant
     G = sample(with_torques(plant, rig), design.dt)
-    n, m, q = rig.n_links, rig.n_motors, G.noutputs
-    B, B_tau, C = G.B[:, :m], G.B[:, m:], G.C
-    tracked = design.controller.tracked
-    B_ref = np.zeros((K.nstates, len(tracked)))
-    B_ref[K.nstates - len(tracked) :] = design.dt * np.eye(len(tracked))  # the integrators, last
-    zeros = np.zeros
+    n, m, q, tracked = rig.n_links, rig.n_motors, G.noutputs, design.controller.tracked
+    B, B_tau, C, r = G.B[:, :m], G.B[:, m:], G.C, len(tracked)
+    B_ref = design.dt * np.eye(K.nstates, r, r - K.nstates)  # the integrators, last
     A_closed = np.block([[G.A + B @ K.D @ C, B @ K.C], [K.B @ C, K.A]])
-    B_closed = np.block(
-        [
-            [B @ K.D, B_tau, zeros((G.nstates, len(tracked)))],
-            [K.B, zeros((K.nstates, n)), B_ref],
-        ]
-    )
+    to_plant = np.hstack([B @ K.D, B_tau, np.zeros((G.nstates, r))])
+    B_closed = np.vstack([to_plant, np.hstack([K.B, np.zeros((K.nstates, n)), B_ref])])
     angles = np.eye(n, G.nstates + K.nstates)
     C_closed = np.vstack([angles, np.hstack([K.D @ C, K.C])])
-    D_closed = zeros((n + m, q + n + len(tracked)))
+    D_closed = np.zeros((n + m, q + n + r))
     D_closed[n:, :q] = K.D
     noise = [f"noise {name}" for name in G.output_labels]
     references = [f"reference {G.output_labels[i]}" for i in tracked]
@@ -109,10 +96,8 @@ def rms(system, deviations=1.0):
     """RMS value of each output under independent white noise at the inputs: weighted H2 norms.
 
     P = A P A' + B S B' gives the states' covariance, C P C' + D S D' that of the outputs, with
-    S = diag(deviations^2). With deviations 1 the root of the squares' sum is the H2 norm.
-
-    `system` is sampled and stable; `deviations` are the standard deviations of every sample, one
-    number per input or one for all.
+    S = diag(deviations^2). With deviations 1 the root of the squares' sum is the H2 norm. `system`
+    is sampled and stable; `deviations` of every sample are one number per input or one for all.
 
     >>> lag = control.ss([[0.6]], [[1.0]], [[1.0]], 0, 0.01)  # variance 1/(1 - 0.6^2) = 1.25^2
     >>> pl.rms(lag).round(6).tolist()
