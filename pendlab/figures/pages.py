@@ -244,7 +244,7 @@ def tell(design, lead, loops, alt, last=""):
     """
     name = "Loop {}" if design.rig.n_motors > 1 else "The loop"
     lines = [loops_in_words(name.format(k), curves) for k, curves in loops.items()]
-    around = [lead, last] if last else [lead]
+    around = [*filter(None, (lead, last))]
     apart = {
         "lead": "\n".join(around),
         "table": loops_table({str(k): curves for k, curves in loops.items()}),

@@ -72,15 +72,10 @@ def _upright_centre(rig):
 
 def _frame(ax, points, shortest):
     """Limits that put the drawing on the left of the page; unit (m) and font size of its fittings."""
-    (left, low), (right, high) = points.min(axis=0), points.max(axis=0)
-    width, height, edge = 7.0, 5.8, 0.5
-    scale = min(
-        (4.2 - 2 * edge - 0.3) / max(right - left, 1e-9),
-        (height - 2 * edge) / max(high - low, 1e-9),
-    )  # inches per metre
-    x0 = left - (edge + 0.3) / scale
-    y0 = (low + high) / 2 - height / 2 / scale
-    ax.set(xlim=(x0, x0 + width / scale), ylim=(y0, y0 + height / scale))
+    low, high = points.min(axis=0), points.max(axis=0)
+    scale = min((2.9, 4.8) / np.maximum(high - low, 1e-9))  # inches per metre
+    left, bottom = low[0] - 0.8 / scale, (low[1] + high[1]) / 2 - 2.9 / scale
+    ax.set(xlim=(left, left + 7 / scale), ylim=(bottom, bottom + 5.8 / scale))
     unit = min(shortest, 1.1 / scale)
     return unit, min(11.0, max(7.5, 12.5 * unit * scale))  # smaller words where links are short
 
