@@ -368,6 +368,8 @@ def test_wrong_design_is_named():
         pl.figure(8, "double")
     with pytest.raises(TypeError, match=r"other: expected a pl\.Design"):
         pl.figure(8, other=3)
+    with pytest.raises(TypeError, match="other: Fig 10 shows one design"):
+        pl.figure(10, other=pl.paper_design("triple"))
     with pytest.raises(ValueError, match="k_p to mark"):
         pl.figure(6, pl.paper_design("double"))
 

@@ -30,10 +30,9 @@ OF_A_RIG = {
 OF_NOTHING = {5: blocks.observer_blocks, 9: blocks.triple_loops}
 OF_A_DESIGN_OR_RUN = {
     6: loops.locus_figure,
-    8: loops.observers_figure,
     14: loops.sigma_figure,
     **dict.fromkeys((7, 13), loops.whole_figure),
-    **dict.fromkeys((10, 11, 12), loops.near_figure),
+    **dict.fromkeys((8, 10, 11, 12), loops.near_figure),
     **dict.fromkeys((15, 16, 17), experiments.experiment),
 }
 

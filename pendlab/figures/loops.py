@@ -57,36 +57,27 @@ def turns_figure(loop, name="The loop"):
     return describe(fig, *words.of_turns(data, name))
 
 
-def observers_figure(number, design=None, other=None):
-    """Fig 8: loop gain at the input, nominal and with filters, near the critical point.
+@styled()
+def near_figure(number, design=None, other=None):
+    """Figs 8 and 10 to 12 near the critical point, without filters and with them.
 
-    `other` is a second design whose filtered loop is drawn dotted; without arguments the two
+    The paper's frame and its printed frequencies are for its own designs, the legend is below. In
+    Fig 8 `other` is a second design whose filtered loop is drawn dotted; without arguments the two
     observers of the paper are compared.
     """
-    if design is None and other is None:
+    if number == 8 and design is None and other is None:
         other = paper_design("double", 2)
     designs = [_given(number, design)]
     if other is not None:
         designs.append(_given(number, other, "other"))
-    return near_figure(number, *designs)
-
-
-@styled()
-def near_figure(number, *designs):
-    """Figs 8 and 10 to 12 near the critical point, without filters and with them for each design.
-
-    The paper's frame and its printed frequencies are for its own designs, the legend is below.
-    """
-    designs = [_given(number, design) for design in designs or [None]]
+        if number != 8:
+            raise TypeError(f"other: Fig {number} shows one design; try pl.figure(8, other=...).")
     loops = [_loop(number, designs[0], False), *(_loop(number, one, True) for one in designs)]
     curves = [nyquist(loop) for loop in loops]
     rig = "double" if number == 8 else "triple"
     papers = all(words.is_papers(design, rig, i) for i, design in enumerate(designs, 1))
     looks = [
-        {
-            **style,
-            "label": f"{style['label']}: {_crossings(data, number, name if papers else None)}",
-        }
+        _told(style, _crossings(data, number, name if papers else None))
         for data, (name, style) in zip(curves, (CURVES_8 if number == 8 else CURVES).items())
     ]
     frame = published(f"fig{number}.frame").values if papers else fitted(curves)
@@ -119,10 +110,7 @@ def sigma_figure(number, design=None):
     if not words.is_papers(design, "triple"):
         frame = frame[0], (5 * np.floor(min(lowest) / 5) - 5, frame[1][1])
     looks = [
-        {
-            **style,
-            "label": f"{style['label']}: lowest {low:.1f} dB at {data.lowest_omega / HZ:.2f} Hz",
-        }
+        _told(style, f"lowest {low:.1f} dB at {data.lowest_omega / HZ:.2f} Hz")
         for style, low, data in zip(LOOKS, lowest, curves)
     ]
     fig = new_figure(7, 4.2)
@@ -157,6 +145,10 @@ def _loop(number, design, filters):
     if number in BROKEN_AT:
         return design.loop(BROKEN_AT[number], filters)
     return design.filtered_loop if filters else design.nominal_loop
+
+
+def _told(style, words):
+    return {**style, "label": f"{style['label']}: {words}"}
 
 
 def _crossings(data, number, curve):
