@@ -14,6 +14,7 @@ import subprocess
 import sys
 import time
 import urllib.request
+from contextlib import suppress
 from pathlib import Path
 
 import nbformat
@@ -139,7 +140,8 @@ def opened(browser, lab, name, complaints):
 
     for attempt in range(4):
         complaints.clear()
-        page = browser.new_page(viewport=LAB_PC)
+        # What moves would keep a processor busy as long as the page is open.
+        page = browser.new_page(viewport=LAB_PC, reduced_motion="reduce")
         page.set_default_timeout(30_000)
         page.on("console", lambda m: complaints.append(m.text) if m.type == "error" else None)
         page.on("pageerror", lambda error: complaints.append(str(error)))
@@ -156,6 +158,8 @@ def opened(browser, lab, name, complaints):
 
 def started(page, name):
     """Open the notebook from the file browser and run its cells; whether they run."""
+    from playwright.sync_api import TimeoutError as Hangs
+
     # The launcher's card says that Lab knows its kernels; opened earlier, a notebook asks for one.
     page.wait_for_selector(".jp-LauncherCard[data-category='Notebook']")
     page.dblclick(f".jp-DirListing-item:has-text('{name}.ipynb')")
@@ -165,9 +169,12 @@ def started(page, name):
     for _ in range(3):
         page.click(".lm-MenuBar-itemLabel:text-is('Run')")
         page.click(".lm-Menu-itemLabel:text-is('Run All Cells')")
-        page.wait_for_timeout(4000)
-        prompts = page.locator(".jp-CodeCell .jp-InputPrompt").all_inner_texts()
-        if any(character in "*123456789" for prompt in prompts for character in prompt):
+        with suppress(Hangs):
+            page.wait_for_function(
+                "() => [...document.querySelectorAll('.jp-CodeCell .jp-InputPrompt')]"
+                ".some(prompt => /[*1-9]/.test(prompt.textContent))",
+                timeout=4000,
+            )
             return True
     return False
 
@@ -176,8 +183,20 @@ def settled(page):
     """Wait until the kernel has nothing left to do."""
     page.wait_for_timeout(1500)  # Lab moves the focus after Run All
     page.wait_for_selector(".jp-Notebook-ExecutionIndicator[data-status='idle']", timeout=120_000)
+    assert_no_complaint(page)
+
+
+def assert_no_complaint(page):
     assert page.locator(".jp-RenderedText[data-mime-type*=stderr]").count() == 0
     assert page.locator(".jp-RenderedText:has-text('Traceback')").count() == 0
+
+
+def answered(page, face):
+    """Wait until the kernel has answered what the hand did last."""
+    page.wait_for_function(
+        "face => !face.classList.contains('asked')", arg=face.element_handle(), timeout=120_000
+    )
+    assert_no_complaint(page)
 
 
 def test_start_page_runs(browser, lab):
@@ -233,7 +252,7 @@ def face_of(page, call):
     )
     face.evaluate("face => face.scrollIntoView()")
     face.locator("button:text-is('Reset')").click()
-    settled(page)
+    answered(page, face)
     return face
 
 
@@ -248,7 +267,7 @@ def pressed(page, face, slider, key):
         arg=[image.element_handle(), before],
         timeout=30_000,
     )
-    settled(page)
+    answered(page, face)
 
 
 @pytest.mark.parametrize("call", WIDGETS)

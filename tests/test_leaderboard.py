@@ -33,7 +33,6 @@ def board(tmp_path_factory):
     folder = tmp_path_factory.mktemp("course") / "submitted"
     hand_in(folder, "ada", "1 / 0", PAPERS, claim=99.0)
     hand_in(folder, "ben", "print('score: 100')", ZERO, claim="much")
-    hand_in(folder, "cy", "while True: pass", PAPERS)
     hand_in(
         folder, "dora", "class Mine:\n    def __init__(self, rig):\n        raise OSError('no')"
     )
@@ -55,11 +54,16 @@ def test_scores_are_played_again_and_ranked(board):
 def test_what_gives_no_score_says_why(board):
     reasons = {entry.who: entry.reason for entry in board[3:]}
     assert reasons == {
-        "cy": "longer than 60 s",
         "dora": "round 1: OSError: no",
         "eve": "its process ended without a score",
         "hal": "no class Mine came out of its cells",
     }
+
+
+def test_what_never_ends_is_stopped(tmp_path):
+    hand_in(tmp_path, "cy", "while True: pass", PAPERS)
+    (entry,) = leaderboard(tmp_path, seconds=3)
+    assert (entry.who, entry.reason) == ("cy", "longer than 3 s")
 
 
 def test_equal_scores_share_a_rank():

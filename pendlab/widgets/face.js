@@ -14,6 +14,7 @@ function render({ model, el }) {
   function say(hand) {
     model.set("hand", { ...hand, count: ++moves, ratio: window.devicePixelRatio || 1 });
     model.save_changes();
+    root.classList.add("asked");
   }
   const root = make("div", { class: "pendlab-face" });
   // The front ends take arrow keys, letters and the space bar for themselves; Notebook 7 does on the
@@ -121,6 +122,7 @@ function render({ model, el }) {
     table.replaceChildren(...(rows.length ? [make("table", {}, ...rows)] : []));
     image.alt = state.alt;
     root.classList.toggle("busy", Boolean(state.busy));
+    root.classList.toggle("asked", hand);
     progress.hidden = !state.progress;
     if (state.progress) [progress.value, progress.max] = state.progress;
   }
