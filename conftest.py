@@ -20,6 +20,11 @@ def pytest_configure(config):
     config.option.nbval_sanitize_with = str(Path(__file__).parent / "tests/nbval_sanitize.cfg")
 
 
+def pytest_collection_modifyitems(items):
+    """The two longest files come first, so that neither is what one process does alone at the end."""
+    items.sort(key=lambda item: item.path.name not in ("test_browser.py", "test_course.py"))
+
+
 @pytest.fixture(scope="session", autouse=True)
 def name_in_examples(doctest_namespace):
     """Examples in docstrings begin after ``import pendlab as pl``."""

@@ -101,7 +101,7 @@ for place in (
     except FileNotFoundError:
         pass
 found = glob.glob("{course}/**", recursive=True) + glob.glob("../../../**", recursive=True)
-print("OTHERS", [name for name in found if name.endswith(".ipynb") and "peeping" not in name])
+print("OTHERS", [name for name in found if name.endswith(".ipynb") and "nosy" not in name])
 """
 CALLS = """
 import socket
@@ -116,9 +116,7 @@ HOSTILE = {
     "good": ("", 4),
     "endless": ("while True:\n    pass\n", 1),
     "exits": ("import os\nos._exit(0)\n", 0),
-    "writes": (WRITES, 4),
-    "peeping": (READS, 4),
-    "calling": (CALLS, 4),
+    "nosy": (WRITES + READS + CALLS, 4),
     "flood": ("while True:\n    print('x' * 1000)\n", 1),
     "memory": ("hoard = bytearray(32 << 30)\n", 1),
     "syntax": ("def (:\n", 1),
@@ -127,9 +125,8 @@ DAMAGED = {
     "renamed": 0,
     "not_json": 0,
     "empty": 0,
-    "deleted": 4,
     "edited": 1,
-    "half": 2.5,
+    "half": 2.5,  # and its check deleted
     "blank": 0,
 }
 
@@ -145,10 +142,9 @@ def hand_in(folder, student, released, said=""):
     path = folder / "submitted" / student / STEM / f"{STEM}.ipynb"
     if student == "half":
         cells["90-ex1-solution"].source += "\nt_triple = 1"
+        notebook.cells.remove(cells["90-ex1-check"])
     elif student == "blank":
         notebook = nbformat.read(released, as_version=4)
-    elif student == "deleted":
-        notebook.cells.remove(cells["90-ex1-check"])
     elif student == "edited":
         cells["90-ex1-solution"].source, cells["90-ex1-check"].source = "t_double = 0", "3"
     elif student == "renamed":
@@ -222,13 +218,12 @@ def test_failures_are_named(graded):
 def test_nothing_was_written_read_or_called(graded):
     folder, _ = graded
     assert not list(folder.rglob("left-behind")) and not list(ROOT.glob("left-behind"))
-    for student in ("writes", "peeping", "calling"):
-        (page,) = (folder / "autograded" / student).rglob("*.ipynb")
-        cells = nbformat.read(page, as_version=4).cells
-        printed = "".join(o.get("text", "") for c in cells for o in c.get("outputs", ()))
-        for word in ("WROTE", "SAW", "CALLED"):
-            assert word not in printed, printed
-        assert student != "peeping" or "OTHERS []" in printed
+    (page,) = (folder / "autograded" / "nosy").rglob("*.ipynb")
+    cells = nbformat.read(page, as_version=4).cells
+    printed = "".join(o.get("text", "") for c in cells for o in c.get("outputs", ()))
+    for word in ("WROTE", "SAW", "CALLED"):
+        assert word not in printed, printed
+    assert "OTHERS []" in printed
 
 
 def test_feedback_shows_marks_and_hints(graded):

@@ -1,6 +1,7 @@
 """What students answer: right in every form, as printed, or wrong with a hint that is about it."""
 
 import re
+from functools import cache
 
 import numpy as np
 import pytest
@@ -34,6 +35,11 @@ def three_digits(part):
     return np.vectorize(lambda value: float(f"{value:.3g}"))(np.array(part, dtype=float)).tolist()
 
 
+@cache
+def right(exercise):
+    return RIGHT[exercise]()
+
+
 def check(exercise, answer, rig="own"):
     return pl.check(exercise, *answer, rig=RIGS.get(exercise) if rig == "own" else rig)
 
@@ -47,7 +53,7 @@ def test_every_exercise_has_its_row():
 
 @pytest.mark.parametrize("exercise", RIGHT)
 def test_right_in_every_form(exercise):
-    answer = RIGHT[exercise]()
+    answer = right(exercise)
     other = OTHER_FORM[exercise]() if exercise in OTHER_FORM else map(retyped, answer)
     for form in (answer, other):
         verdict = check(exercise, form)
@@ -56,7 +62,7 @@ def test_right_in_every_form(exercise):
 
 @pytest.mark.parametrize("exercise", sorted(set(RIGHT) - WHOLE - SEARCHES - COVARIANCES))
 def test_right_as_printed(exercise):
-    answer = RIGHT[exercise]()
+    answer = right(exercise)
     if not any(map(numbers, answer)):
         assert exercise not in PRINTED
         return
@@ -79,7 +85,7 @@ def test_wrong_with_a_hint_about_it_that_hides_the_answer(exercise, wrong):
     assert hint in verdict.message
     assert "cannot be checked" not in verdict.message
     if not exercise.startswith("hw"):  # there hints tell what was measured
-        assert not set(re.findall(r"-?\d+\.\d\d+", verdict.message)) & shown(RIGHT[exercise]())
+        assert not set(re.findall(r"-?\d+\.\d\d+", verdict.message)) & shown(right(exercise))
 
 
 def shown(answer):
