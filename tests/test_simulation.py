@@ -408,6 +408,17 @@ def test_compiled_loop_is_controller_step(bench):
         np.testing.assert_allclose(ours.u[k], u, atol=1e-11)
 
 
+@pytest.mark.parametrize("limit", [None, 0.5])
+def test_compiled_loop_keeps_the_controllers_own_limits(design, limit):
+    u_max = limit and (limit,) * design.rig.n_motors
+    c = dataclasses.replace(design.controller, u_max=u_max)
+    ours, same = (pl.simulate(design.rig, k, 0.2, initial=small_start(design.rig, 0.03))
+                  for k in (c, Plain(c)))  # fmt: skip
+    np.testing.assert_allclose(ours.u, same.u, atol=1e-9)
+    largest = np.abs(ours.u).max()
+    assert largest > 0.5 if limit is None else largest == limit
+
+
 def test_halving_the_inner_step_changes_no_visible_digit(bench):
     """A line on a page is about 2e-3 rad wide in Figs 15-17."""
     exact = dataclasses.replace(bench["imperfections"], resolution=0.0, voltage_resolution=0.0)

@@ -54,8 +54,12 @@ def test_every_exercise_has_its_row():
 @pytest.mark.parametrize("exercise", RIGHT)
 def test_right_in_every_form(exercise):
     answer = right(exercise)
-    other = OTHER_FORM[exercise]() if exercise in OTHER_FORM else map(retyped, answer)
-    for form in (answer, other):
+    forms = [answer]
+    if exercise in OTHER_FORM:
+        forms.append(OTHER_FORM[exercise]())
+    elif any(map(numbers, answer)):
+        forms.append(map(retyped, answer))
+    for form in forms:
         verdict = check(exercise, form)
         assert verdict, verdict.message
 
