@@ -2,9 +2,8 @@
 
 import numpy as np
 
-from .._arguments import array, found, instance
-from ..bench.arguments import items, mapping
-from ..bench.many import Runs
+from .._arguments import array, found, instances
+from ..bench.arguments import mapping
 from ..bench.simulation import Run
 from ..paper.changes import hertz
 from ..paper.experiment import FIGURES, extremes, tick_intervals
@@ -27,20 +26,23 @@ def before_after(ensembles):
     ----------
     ensembles : name of a bench -> {"triple": runs, "double": runs}
     """
+    shown = {}
     for label, benches in mapping("ensembles", ensembles, '{"bench": {"triple": runs}}').items():
-        _all_of(f"ensembles[{label!r}]", benches, FIGURES)
-        for name in FIGURES:
-            _runs(f"ensembles[{label!r}][{name!r}]", benches[name])
+        where = f"ensembles[{label!r}]"
+        _all_of(where, benches, FIGURES)
+        shown[label] = {
+            name: instances(f"{where}[{name!r}]", benches[name], Run) for name in FIGURES
+        }
     keys = [key for name in FIGURES for key in tick_intervals(name)]
     fig = new_figure(9, 6.4)
     ax = fig.subplots()
     ax.axvspan(0, 1, color=COLORS["green"], alpha=0.15, label="as printed", linewidth=0)
     counts = []
-    for k, (label, runs) in enumerate(ensembles.items()):
+    for k, (label, runs) in enumerate(shown.items()):
         color, marker = LOOKS[k % len(LOOKS)]
         depths = np.array([row for name in FIGURES for row in _depths(name, runs[name])])
         low, middle, high = np.nanpercentile(depths, PERCENTILES, axis=1)
-        y = np.arange(len(keys)) + 0.3 * (k - (len(ensembles) - 1) / 2)
+        y = np.arange(len(keys)) + 0.3 * (k - (len(shown) - 1) / 2)
         ax.errorbar(middle, y, xerr=(middle - low, high - middle), fmt=marker, markersize=5,
                     color=COLORS[color], label=label, elinewidth=2.2)  # fmt: skip
         met = int((((depths >= 0) & (depths <= 1)).mean(axis=1) >= 0.5).sum())
@@ -75,11 +77,6 @@ def _read(table):
             raise ValueError(f"table[{row!r}]: expected numbers for {columns}, {found(one)}.")
     values = [[one[column] for column in cells[0]] for one in cells]
     return list(table), list(cells[0]), array("table", values, (None, None), finite=False)
-
-
-def _runs(name, runs):
-    for run in runs if isinstance(runs, Runs) else items(name, runs, "runs"):
-        instance(name, run, Run, "pl.simulate(...)")
 
 
 def _depths(name, runs):
@@ -180,15 +177,12 @@ def cycles_figure(predicted, seen):
     predicted : mechanism -> list of `studies.describing.Cycle`
     seen : mechanism -> runs of the triple
     """
-    for name, cycles in mapping("predicted", predicted, '{"play": pl.limit_cycles(...)}').items():
-        for cycle in items(f"predicted[{name!r}]", cycles, "cycles"):
-            instance(f"predicted[{name!r}]", cycle, Cycle, "those of pl.limit_cycles")
-        _runs(f"seen[{name!r}]", _all_of("seen", seen, predicted)[name])
+    _all_of("seen", seen, mapping("predicted", predicted, '{"play": pl.limit_cycles(...)}'))
     fig = new_figure(9, 3.8)
     axes = fig.subplots(1, 2, sharex=True)
-    looks = zip(("blue", "vermillion", "green"), "s^o")
-    for (name, cycles), (color, marker) in zip(predicted.items(), looks):
-        up = [run for run in seen[name] if not run.fell]
+    for name, color, marker in zip(predicted, ("blue", "vermillion", "green"), "s^o"):
+        cycles = instances(f"predicted[{name!r}]", predicted[name], Cycle)
+        up = [run for run in instances(f"seen[{name!r}]", seen[name], Run) if not run.fell]
         frequencies = [hertz(run) for run in up]
         # of a first harmonic of equal power
         sizes = np.sqrt(2) * np.array([run.angles[run.t >= 10.0].std(axis=0) for run in up])
