@@ -3,8 +3,6 @@
 import numpy as np
 from matplotlib.ticker import MultipleLocator
 
-from .._arguments import instance
-from ..bench.simulation import Run
 from ..paper.experiment import FIGURES, bench_ensemble, signals, tick_hits, tick_intervals, window
 from ..paper.ledger import published
 from .style import COLORS, describe, look, new_figure, styled
@@ -24,7 +22,7 @@ def experiment(number, run=None):
     number = str(number)
     name = next(name for name, (figures, _) in FIGURES.items() if number in figures)
     ticks = {key: ends for key, ends in tick_intervals(name).items() if key.startswith(number)}
-    runs = bench_ensemble(name) if run is None else (instance("run", run, Run, "pl.simulate(...)"),)
+    runs = bench_ensemble(name) if run is None else (run,)
     panels, expected = list(signals(runs[0])), [key[2] for key in ticks][::2]
     if panels != expected:
         raise ValueError(
