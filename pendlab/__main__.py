@@ -25,7 +25,7 @@ def main(arguments=None):
         description="Without a command: the report. `COMMAND --help` tells more of each.",
     )
     parser.add_argument("--version", action="version", version=f"pendlab {__version__}")
-    commands = parser.add_subparsers(dest="command", metavar="COMMAND", parser_class=Command)
+    commands = parser.add_subparsers(dest="command", metavar="COMMAND")
     add_own(commands)
     for name in COMMANDS:
         import_module(f".{name}", __package__).add_commands(commands)
@@ -41,15 +41,6 @@ def main(arguments=None):
         reason = problem
     print(f"pendlab: {reason}", file=sys.stderr)
     return 2
-
-
-class Command(argparse.ArgumentParser):
-    """A command's parser, whose help ends with an example."""
-
-    def __init__(self, epilog=None, **options):
-        shown = f"example:\n  {epilog}" if epilog else None
-        kind = argparse.RawDescriptionHelpFormatter
-        super().__init__(epilog=shown, formatter_class=kind, **options)
 
 
 def add_own(commands):

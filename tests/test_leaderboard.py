@@ -39,7 +39,10 @@ def board(tmp_path_factory):
     hand_in(folder, "eve", "import os\nprint('{\"score\": 100}')\nos._exit(0)", "Mine = 3")
     hand_in(folder, "finn", f"%matplotlib inline\n{PAPERS}")
     hand_in(folder, "hal", "Mine = ...")
-    write("not a notebook", folder / "gus" / "x.ipynb")
+    for k, text in enumerate(
+        ("not json", "[1, 2]", '{"cells": 3}', '{"cells": [3]}', "[" * 100_000)
+    ):
+        write(text, folder / "gus" / f"{k}.ipynb")
     return leaderboard(folder.parent, seconds=60)
 
 
@@ -49,6 +52,10 @@ def test_scores_are_played_again_and_ranked(board):
     assert (first.who, first.claim, first.falls, magic.who) == ("ada", 99.0, 0, "finn")
     assert first.score == magic.score == round(first.score, 1) == pytest.approx(truth, abs=0.3)
     assert third.who == "ben" and 0 < third.score < 20 and third.claim is None
+
+
+def test_what_is_no_notebook_is_passed_over(board):
+    assert {entry.who for entry in board} == {"ada", "ben", "cy", "dora", "eve", "finn", "hal"}
 
 
 def test_what_gives_no_score_says_why(board):

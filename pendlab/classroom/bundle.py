@@ -6,6 +6,7 @@ The folder holds the repository's files, every wheel of ``environment.txt`` for 
 this version of Python, and an install script. Make it on a machine like those of the room.
 """
 
+import contextlib
 import platform
 import re
 import shutil
@@ -31,16 +32,8 @@ NOT_FOR_STUDENTS = (".ci", ".github", "notebooks/labs", "tests")
 def bundle(folder, download=None, students=False):
     """Fill a folder, which must be new or empty, and give its path; on failure nothing is left.
 
-    Parameters
-    ----------
-    folder : where the bundle goes
-    download : function (requirements, folder) that puts wheels into the folder; pip by default
-    students : student editions in place of the notebooks, and nothing that holds answers in words
-
-    Raises
-    ------
-    ValueError
-        when the folder holds something, or this is no copy of the repository
+    `download(requirements, folder)` puts wheels into a folder (default: pip does). `students` get
+    their editions, and nothing that holds answers in words.
     """
     folder = check_place(folder)
     empty = folder.exists()
@@ -82,12 +75,9 @@ def requirements(root):
 
 def pip_download(requirements, folder):
     """Every wheel that the requirements need, for this platform and this Python."""
-    listing = folder / "requirements.txt"
-    listing.write_text("\n".join(requirements) + "\n", encoding="utf-8")
     command = [sys.executable, "-m", "pip", "download", "--only-binary", ":all:", "-q"]
-    command += ["--disable-pip-version-check", "--dest", str(folder), "-r", str(listing)]
+    command += ["--disable-pip-version-check", "--dest", str(folder), *requirements]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
-    listing.unlink()
     if done.returncode:
         raise OSError(f"pip could not fetch the wheels: {done.stderr.strip()[-500:]}")
 
@@ -97,7 +87,7 @@ def copy_files(root, folder, students=False):
     left_out = NOT_FOR_STUDENTS if students else ()
     for file in own_files(root):
         place = file.relative_to(root)
-        if folder in file.parents or any(place.is_relative_to(name) for name in left_out):
+        if any(place.is_relative_to(name) for name in left_out):
             continue
         target = folder / place
         target.parent.mkdir(parents=True, exist_ok=True)
@@ -108,31 +98,22 @@ def copy_files(root, folder, students=False):
 
 
 def own_files(root):
-    """Files that git knows, or without git those that a fresh copy has; notebooks of the map alone."""
-    try:
-        command = ["git", "-C", str(root), "ls-files", "-z"]
-        done = subprocess.run(command, capture_output=True, check=True)
-        files = [root / name for name in done.stdout.decode().split("\0") if name]
-    except (OSError, subprocess.CalledProcessError):  # no git, or a copy without its history
-        files = []
-    if not files:
-        tops = [root / name for name in (*COPIED, *project(root).get("backend-path", ()))]
-        files = [f for top in tops for f in sorted(top.rglob("*") if top.is_dir() else [top])]
-        mapped = _mapped(root)
-        files = [f for f in files if _fresh(f.relative_to(root), mapped)]
-    return [f for f in files if f.is_file()]
+    """Files that git knows; without git those that a fresh copy has, with the notebooks of the map."""
+    git = ["git", "-C", str(root), "ls-files", "-z"]
+    with contextlib.suppress(OSError):
+        listed = subprocess.run(git, capture_output=True, text=True, check=False).stdout
+        if listed:
+            return [file for name in listed.split("\0") if (file := root / name).is_file()]
+    kit = (root / "notebooks" / "labs" / "README.md").read_text(encoding="utf-8")
+    mapped = set(re.findall(r"\.\./(?:\w+/)?(\w+)\.ipynb", kit))
+    tops = [root / name for name in (*COPIED, *project(root).get("backend-path", ()))]
+    files = [f for top in tops for f in (sorted(top.rglob("*")) if top.is_dir() else [top])]
+    return [f for f in files if f.is_file() and _fresh(f.relative_to(root), mapped)]
 
 
 def project(root):
     """How pyproject.toml says that the package is built."""
     return tomllib.loads((root / "pyproject.toml").read_text(encoding="utf-8"))["build-system"]
-
-
-def _mapped(root):
-    """Stems of the notebooks that the lab kit's course map and homework list name."""
-    kit = root / "notebooks" / "labs" / "README.md"
-    text = kit.read_text(encoding="utf-8") if kit.exists() else ""
-    return set(re.findall(r"\.\./(?:homework/)?(\w+)\.ipynb", text))
 
 
 def _fresh(place, mapped):

@@ -9,7 +9,6 @@ answers, what the marker reads beside them, and kernels that run hand-ins confin
 
 import argparse
 import ast
-import copy
 import hashlib
 import json
 import sys
@@ -136,20 +135,18 @@ def assignment(path):
 
 def source(notebook, marking):
     """nbgrader's source of a solved notebook: gaps ready, solutions in place, points counted."""
-    edition = student(notebook)
+    stamp(notebook)
     solved = {cell["id"]: cell["source"] for cell in notebook["cells"]}
     tasks = paper.exercises(notebook)
     samples = {n: marking.get(e.name, {}).get("full") for e in tasks for n in e.written}
-    stamp(notebook := copy.deepcopy(notebook))
-    stamps = {c["id"]: c["metadata"].get("nbgrader") for c in notebook["cells"]}
+    edition = student(notebook)
     for cell in edition["cells"]:
         for key in ("deletable", "editable"):  # nbgrader's to set; the source is the teacher's
             cell["metadata"].pop(key, None)
-        if stamps[cell["id"]]:
-            cell["metadata"]["nbgrader"] = stamps[cell["id"]]
+        if graded := cell["metadata"].get("nbgrader"):
             original = solved[cell["id"]]
-            cell["source"] = refilled(original, cell["source"], samples.get(cell["id"]))
-            cell["source"] = counted(cell["source"], stamps[cell["id"]].get("points"))
+            filled = refilled(original, cell["source"], samples.get(cell["id"]))
+            cell["source"] = counted(filled, graded.get("points"))
     return edition
 
 
@@ -187,9 +184,7 @@ def sheet(name, exercises, marking):
     """What the marker reads beside the answers in words."""
     lines = [f"# Marking {name}", "", "Not for students."]
     for exercise in exercises:
-        hand = f", {exercise.by_hand:g} of them by reading" if exercise.by_hand else ""
-        lines += ["", f"## Exercise {exercise.name}: {exercise.points:g} points{hand}"]
-        lines += told(marking.get(exercise.name, {}))
+        lines += ["", f"## {exercise}", *told(marking.get(exercise.name, {}))]
     return "\n".join(lines) + "\n"
 
 

@@ -28,9 +28,8 @@ class Finding:
     advice: str = ""
 
     def __str__(self):
-        return f"{'ok ' if self.well else 'NO '} {self.name}: {self.found}" + (
-            "" if self.well else f"\n     -> {self.advice}"
-        )
+        line = f"{'ok ' if self.well else 'NO '} {self.name}: {self.found}"
+        return line if self.well else f"{line}\n     -> {self.advice}"
 
 
 @dataclass(frozen=True)
@@ -40,17 +39,19 @@ class Findings:
     findings: tuple
 
     @property
+    def ill(self):
+        return [finding for finding in self.findings if not finding.well]
+
+    @property
     def well(self):
-        return all(finding.well for finding in self.findings)
+        return not self.ill
 
     @property
     def summary(self):
-        ill = sum(not finding.well for finding in self.findings)
-        return (
-            f"{len(self.findings)} checks, all well: the series runs here."
-            if not ill
-            else f"{ill} of {len(self.findings)} checks need attention; each line says what to do."
-        )
+        if self.well:
+            return f"{len(self.findings)} checks, all well: the series runs here."
+        count = f"{len(self.ill)} of {len(self.findings)}"
+        return f"{count} checks need attention; each line says what to do."
 
     def __str__(self):
         return "\n".join([*map(str, self.findings), self.summary])
@@ -62,12 +63,9 @@ class Findings:
     def _repr_html_(self):
         if self.well:
             return f"<p>✓ {escape(self.summary)}</p>"
-        lines = "".join(
-            f"<li>✗ {escape(f.name)}: {escape(f.found)}<br>→ {escape(f.advice)}</li>"
-            for f in self.findings
-            if not f.well
-        )
-        return f"<ul>{lines}</ul>"
+        told = (map(escape, (f.name, f.found, f.advice)) for f in self.ill)
+        lines = ("<li>✗ {}: {}<br>→ {}</li>".format(*texts) for texts in told)
+        return f"<ul>{''.join(lines)}</ul>"
 
 
 def doctor():
@@ -94,11 +92,11 @@ def _packages():
     missing = [name for name in NEEDED if importlib.util.find_spec(name) is None]
     if missing:
         return False, f"{', '.join(missing)} missing"
-    versions = {found.name: found.version for found in importlib.metadata.distributions()}
+    version = importlib.metadata.version
     other = [
-        f"{name} {versions[name]} (tested: {', '.join(tested)})"
+        f"{name} {version(name)} (tested: {', '.join(tested)})"
         for name, tested in _tested().items()
-        if versions.get(name) not in (None, *tested)
+        if version(name) not in tested
     ]
     if other:
         return False, "; ".join(other), f"it may work; for the tested versions {INSTALL}"
@@ -107,12 +105,11 @@ def _packages():
 
 def _tested():
     """Package -> versions named in environment.txt, for the packages of the series."""
+    text = ENVIRONMENT.read_text(encoding="utf-8") if ENVIRONMENT.is_file() else ""
     versions = {}
-    lines = ENVIRONMENT.read_text(encoding="utf-8").splitlines() if ENVIRONMENT.is_file() else []
-    for line in lines:
-        match = re.match(r"([A-Za-z0-9_.-]+)==([^;\s]+)", line)
-        if match and match[1] in NEEDED:
-            versions.setdefault(match[1], []).append(match[2])
+    for name, version in re.findall(r"^([\w.-]+)==([^;\s]+)", text, re.M):
+        if name in NEEDED:
+            versions.setdefault(name, []).append(version)
     return versions
 
 
@@ -140,9 +137,7 @@ def _kernel():
         command = KernelSpecManager().get_kernel_spec("python3").argv[0]
     except NoSuchKernel:
         return False, "no python3 kernel", "run  python -m ipykernel install --user"
-    ours = (
-        Path(command).name == command or Path(command).absolute() == Path(sys.executable).absolute()
-    )
+    ours = Path(command) in (Path(Path(command).name), Path(sys.executable))
     return ours, "python3 is this environment" if ours else f"python3 runs {command}"
 
 

@@ -1,7 +1,7 @@
 """Editions of a solved notebook: for students, for teachers, and on paper.
 
-The commands ``student``, ``teacher`` and ``handout`` (`release`) write them. The marks are nbgrader's (`exercises`), and `stamp` writes its metadata, so that a school that has
-nbgrader can take the notebooks as they are.
+The commands ``student``, ``teacher`` and ``handout`` (`release`) write them, and ``course`` starts
+from them. `stamp` writes nbgrader's metadata, so that it can take the notebooks as they are.
 """
 
 import copy
@@ -59,9 +59,9 @@ def teacher(notebook, sheet=None, marking=None):
         _show(cell)
         cells.append(cell)
         if exercise := notes.get(cell["id"]):
-            cells.append(
-                _markdown(f"{cell['id']}-teacher", _notes(exercise, marking.get(exercise.name, {})))
-            )
+            lines = [f"**For the teacher. {exercise}.**", *told(marking.get(exercise.name, {}))]
+            quoted = "\n".join(f"> {line}".rstrip() for line in lines)
+            cells.append(_markdown(f"{cell['id']}-teacher", quoted))
     edition["cells"] = cells
     return edition
 
@@ -185,15 +185,6 @@ def _overview(exercises, sheet):
     if sheet:
         lines += ["", sheet]
     return "\n".join(lines)
-
-
-def _notes(exercise, notes):
-    facts = [] if exercise.minutes is None else [f"expected time {exercise.minutes:g} min"]
-    facts.append(f"{exercise.points:g} points" if exercise.points != 1 else "1 point")
-    if exercise.checks and exercise.by_hand:
-        facts.append(f"of which {exercise.by_hand:g} by reading")
-    lines = [f"**For the teacher, exercise {exercise.name}:** {', '.join(facts)}.", *told(notes)]
-    return "\n".join(f"> {line}".rstrip() for line in lines)
 
 
 def told(notes):

@@ -2,11 +2,9 @@
 
 An exercise is a task cell (Markdown), one or more solution cells and check cells, named by their
 ids: ``02-ex1-task``, ``02-ex1-solution``, ``02-ex1-check``. What belongs to the solution stands
-between nbgrader's markers. Functions take a notebook as a dictionary and nothing but the standard
-library, so that the marker can read what it does not trust.
+between nbgrader's markers. Only the standard library is used.
 """
 
-import json
 import re
 import tomllib
 from dataclasses import dataclass, field
@@ -16,7 +14,6 @@ PART = re.compile(r"(?P<unit>.+)-ex(?P<number>\d+)-(?P<role>task|solution|check)
 BEGIN_SOLUTION, END_SOLUTION = "BEGIN SOLUTION", "END SOLUTION"
 BEGIN_HIDDEN, END_HIDDEN = "BEGIN HIDDEN TESTS", "END HIDDEN TESTS"
 MARKERS = (BEGIN_SOLUTION, END_SOLUTION, BEGIN_HIDDEN, END_HIDDEN)
-LARGEST_FILE = 50_000_000  # bytes
 
 
 @dataclass
@@ -37,29 +34,12 @@ class Exercise:
     points: float = 1
     by_hand: float = 0
 
-
-def read(path):
-    """A notebook file as a dictionary with each cell's source as one string and every id set.
-
-    Raises ValueError with a sentence for a file that is not a notebook of format 4.
-    """
-    path = Path(path)
-    if path.stat().st_size > LARGEST_FILE:
-        raise ValueError(f"{path.name}: larger than {LARGEST_FILE // 1_000_000} MB")
-    try:
-        notebook = json.loads(path.read_text(encoding="utf-8"))
-    except (ValueError, RecursionError):
-        raise ValueError(f"{path.name}: not a notebook (the file is not JSON)") from None
-    cells = notebook.get("cells") if isinstance(notebook, dict) else None
-    if not isinstance(cells, list) or not all(isinstance(cell, dict) for cell in cells):
-        raise ValueError(f"{path.name}: not a notebook of format 4 (it has no list of cells)")
-    for position, cell in enumerate(cells):
-        source = cell.get("source", "")
-        cell["source"] = "".join(map(str, source)) if isinstance(source, list) else str(source)
-        cell["id"] = str(cell.get("id", f"cell-{position}"))
-        if not isinstance(cell.get("metadata"), dict):
-            cell["metadata"] = {}
-    return notebook
+    def __str__(self):
+        facts = [] if self.minutes is None else [f"{self.minutes:g} min"]
+        facts.append(f"{self.points:g} point{'s' * (self.points != 1)}")
+        if self.checks and self.by_hand:
+            facts.append(f"{self.by_hand:g} of them by reading")
+        return f"Exercise {self.name}: {', '.join(facts)}"
 
 
 def exercises(notebook):
@@ -101,10 +81,6 @@ def marking(path):
     found = (folder / "labs" / "marking.toml" for folder in folders)
     text = next((file.read_text(encoding="utf-8") for file in found if file.exists()), "")
     return tomllib.loads(text)
-
-
-def tags(cell):
-    return set(cell["metadata"].get("tags", ()))
 
 
 def region(source, begin=BEGIN_SOLUTION, end=END_SOLUTION):

@@ -1,5 +1,6 @@
 """The classroom's commands and their files: which notebooks go in, where results go, pictures inside."""
 
+import argparse
 import base64
 import mimetypes
 import os
@@ -21,8 +22,10 @@ PICTURE = re.compile(
 
 def command(commands, name, run, about, example="", folder=None):
     """The parser of one command; `folder` says what goes into the folder of its option --folder."""
-    example = f"python -m pendlab {name} {example}".rstrip()
-    parser = commands.add_parser(name, help=about, description=about, epilog=example)
+    example = f"example:\n  python -m pendlab {name} {example}".rstrip()
+    kind = argparse.RawDescriptionHelpFormatter
+    texts = dict(help=about, description=about, epilog=example, formatter_class=kind)
+    parser = commands.add_parser(name, **texts)
     parser.set_defaults(run=run)
     if folder:
         default, what = Path(f"pendlab-{name}"), f"where the {folder} go (default: %(default)s)"
@@ -72,14 +75,11 @@ def plan(paths, folder, suffix):
     """(notebook, file to write) pairs; ValueError where a file would replace its own source."""
     folder = writable("folder", folder)
     pairs = [(p, (folder / place).with_suffix(suffix)) for p, place in notebooks(paths, folder)]
-    targets = [target for _, target in pairs]
     for path, target in pairs:
         if target in dict(pairs):
             raise ValueError(
                 f"folder: {path.name} would be written over its original; choose a new folder."
             )
-        if targets.count(target) > 1:
-            raise ValueError(f"notebooks: two of them would become {target.name}; give one.")
     return pairs
 
 

@@ -5,6 +5,7 @@ import html as html_text
 import re
 import shutil
 import subprocess
+import sys
 import tempfile
 from functools import partial
 from pathlib import Path
@@ -46,18 +47,18 @@ def html(notebook, path):
 
 def _fitted(found):
     """A table or formula wider than the page in smaller letters: paper cannot be scrolled."""
-    rows = re.split(r"</m?tr>", found[0])
-    cells = [
-        re.findall(r"<(?:m?td|th)\b.*?</(?:m?td|th)>", row, re.DOTALL) or [row] for row in rows
-    ]
-    texts = [
-        [html_text.unescape(re.sub(r"<[^>]+>|\s+", "", cell)) for cell in row] for row in cells
-    ]
-    width = max(sum(len(text) + 2 for text in row) for row in texts)
+    width = max(map(_letters, re.split(r"</m?tr>", found[0])))
     if width <= PAGE_WIDTH:
         return found[0]
     size = max(100 * PAGE_WIDTH // width, 30)
     return found[0].replace(f"<{found[1]}", f'<{found[1]} style="font-size: {size}%"', 1)
+
+
+def _letters(row):
+    """How wide a row is, its cells' rims included."""
+    cells = re.findall(r"<(?:m?td|th)\b.*?</(?:m?td|th)>", row, re.DOTALL) or [row]
+    texts = (html_text.unescape(re.sub(r"<[^>]+>|\s+", "", cell)) for cell in cells)
+    return sum(len(text) + 2 for text in texts)
 
 
 def prepared(notebook):
@@ -71,7 +72,8 @@ def prepared(notebook):
             data.pop(WIDGET_VIEW, None)
             data.pop("application/javascript", None)
             if "text/latex" in data and "text/html" not in data:
-                data["text/html"] = _latex_output("".join(data.pop("text/latex")))
+                formula = "".join(data.pop("text/latex")).strip().strip("$")
+                data["text/html"] = mathml(formula.replace(r"\displaystyle", ""), block=True)
     return notebook
 
 
@@ -88,13 +90,6 @@ def mathml(latex, block=False):
     if unknown:
         raise ValueError(f"formula: {unknown[1]} cannot be shown, in {latex!r}.")
     return re.sub(r"&(?!#?\w+;)", "&amp;", result)
-
-
-def _latex_output(text):
-    inner = text.strip()
-    while inner.startswith("$") and inner.endswith("$") and len(inner) > 1:
-        inner = inner[1:-1]
-    return mathml(inner.replace(r"\displaystyle", ""), block=True)
 
 
 def _inside(attached, cell, link):
@@ -123,15 +118,16 @@ def markdown(source):
         def latex_environment(self, name, text):
             return mathml(rf"\begin{{{name}}}{text}\end{{{name}}}", block=True)
 
-    return MarkdownWithMath(renderer=Renderer(escape=False, allow_harmful_protocols=True)).render(
-        source
-    )
+    # Pictures inside are `data:` links, which are held to be harmful where they are SVG.
+    renderer = Renderer(escape=False, allow_harmful_protocols=True)
+    return MarkdownWithMath(renderer=renderer).render(source)
 
 
 def pdf(page):
     """Print a page beside itself with Chromium; False where there is none."""
     browser = next(filter(None, map(shutil.which, BROWSERS)), None)
     if browser is None:
+        print("No Chromium was found: open the HTML page and print it.", file=sys.stderr)
         return False
     target = page.with_suffix(".pdf")
     with tempfile.TemporaryDirectory() as profile:

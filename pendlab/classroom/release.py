@@ -1,6 +1,5 @@
 """Commands that write a solved notebook anew: for students, for teachers, and on paper."""
 
-import sys
 from pathlib import Path
 
 from . import exercises as paper
@@ -44,7 +43,9 @@ def _run(options):
         target.write_text(text, encoding="utf-8")
         print(f"{number} of {len(made)}  {target}", flush=True)
         if options.edition == "handout" and options.pdf:
-            options.pdf = _printed(target)
+            from .handout import pdf
+
+            options.pdf = pdf(target)
     return 0
 
 
@@ -59,11 +60,3 @@ def _text(options, path):
         return as_text(teacher(notebook, lab_sheet(path), paper.marking(path)))
     edition = notebook if options.solutions else without_solutions(notebook)
     return html(without_results(edition) if options.no_results else edition, path)
-
-
-def _printed(target):
-    from .handout import pdf
-
-    if found := pdf(target):
-        return found
-    print("No Chromium was found: open the HTML page and print it.", file=sys.stderr)
