@@ -241,11 +241,18 @@ def test_inner_step_follows_the_fastest_motion():
     assert (clock.late, clock.steps) == (1, 11)
 
 
-@pytest.mark.parametrize("name", ["hinge_friction", "gear_friction"])
-def test_a_dry_contact_is_as_fast_as_its_presliding_is_short(name):
+@pytest.mark.parametrize(
+    "dry",
+    [
+        dict(hinge_friction=1.0),
+        dict(gear_friction=1.0),
+        dict(gear_friction=1.0, gap=0.05, contact_stiffness=1.0, contact_damping=0.0),
+    ],
+)
+def test_a_dry_contact_is_as_fast_as_its_presliding_is_short(dry):
     # A spring of stiffness torque/presliding: a hundredth of the angle, ten times the frequency.
     rates = [
-        fastest_rate(pl.load("triple"), pl.Imperfections(**{name: 1.0}, presliding=reach))
+        fastest_rate(pl.load("triple"), pl.Imperfections(**dry, presliding=reach))
         for reach in (1e-4, 1e-6, 1e-8)
     ]
     assert np.array(rates[1:]) / rates[:-1] == pytest.approx(10, rel=0.02)
