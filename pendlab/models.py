@@ -19,6 +19,12 @@ def equations(rig):
     return motion, motion.values(rig)
 
 
+def matrices(rig):
+    """W, M, N, P, H of the linear equations (ii) and (iii) for `rig`, as arrays."""
+    motion, values = equations(rig)
+    return [np.asarray(matrix, dtype=float) for matrix in motion.linear(*values)]
+
+
 def linearize(rig):
     """Linear model near upright, equation (1) or (2).
 
@@ -30,8 +36,7 @@ def linearize(rig):
     >>> np.sort(np.linalg.eigvals(pl.linearize(pl.load("double")).A).real).round(2).tolist()
     [-165.34, -4.94, 0.09, 4.74]
     """
-    motion, values = equations(rig)
-    W, M, N, P, H = (np.asarray(matrix, dtype=float) for matrix in motion.linear(*values))
+    W, M, N, P, H = matrices(rig)
     n, m = rig.n_links, rig.n_motors
     if not np.linalg.cond(M) < 1e15:
         raise ValueError(
@@ -77,7 +82,7 @@ def nonlinear(rig):
     """
     motion, values = equations(rig)
     n, m = rig.n_links, rig.n_motors
-    W, *_, H = (np.asarray(matrix, dtype=float) for matrix in motion.linear(*values))
+    W, *_, H = matrices(rig)
 
     def f(x, u):
         x, u = array("x", x, (2 * n,)), array("u", u, (m,))

@@ -76,6 +76,21 @@ def test_every_check_takes_nonsense_without_an_error():
             assert not verdict and not verdict.share
 
 
+def test_a_check_of_ones_own_may_yield_what_is_wrong():
+    def exercise_1(answer, rig=None):
+        if answer < 0:
+            yield """Lengths are
+                positive."""
+        return "So long."
+
+    assert pl.check(exercise_1, 1) == pl.Verdict(True, "So long.")
+    assert pl.check(exercise_1, -1) == pl.Verdict(False, "Lengths are positive.")
+
+
+def test_more_answers_than_asked_for():
+    assert pl.check("04.6", 1, 2).message == "Asked for: kp_max; given were 2 answers."
+
+
 def test_unknown_exercise_names_the_known_ones():
     with pytest.raises(ValueError, match=r"no check for '99\.1'; there are"):
         pl.check("99.1", 1)

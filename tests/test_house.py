@@ -25,11 +25,13 @@ FILES = sorted(HOUSE.rglob("*.py"))
 
 
 def imports(path):
-    """Full names of the modules that a file imports, inside functions too."""
+    """Full names of the modules that a file imports, inside functions too, or uses as pl.name."""
     package = ["pendlab", *path.relative_to(HOUSE).parts[:-1]]
     for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.Attribute) and getattr(node.value, "id", None) == "pl":
+            yield f"pendlab.{pendlab._HOME[node.attr]}"
         elif isinstance(node, ast.ImportFrom):
             base = package[: len(package) - node.level + 1] if node.level else []
             module = ".".join([*base, *([node.module] if node.module else [])])

@@ -12,7 +12,7 @@ import numpy as np
 from .._arguments import flag, instance, numbers, state_space
 from ..design import Design
 from ..loop import closed_loop_eigenvalues, frequency_grid, frequency_response, least
-from ..models import angle_names, derived, equations, with_filters
+from ..models import angle_names, derived, matrices, with_filters
 from ..parameters import Pendulum
 from ..sampled import sample
 
@@ -33,8 +33,7 @@ def with_torques(plant, rig):
             f"plant: expected the continuous model of a rig with {n} links, found states "
             f"{', '.join(plant.state_labels[:n])} and dt = {plant.dt}; use pl.linearize(rig)."
         )
-    motion, values = equations(rig)
-    W, M = (np.asarray(X, dtype=float) for X in motion.linear(*values)[:2])
+    W, M, *_ = matrices(rig)
     torques = np.zeros((plant.nstates, n))
     torques[n : 2 * n] = W @ np.linalg.inv(M)
     B = np.hstack([plant.B, torques])

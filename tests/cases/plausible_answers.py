@@ -21,8 +21,8 @@ import sympy as sp
 from scipy.optimize import brentq
 
 import pendlab as pl
-from pendlab.classroom.checks import hw1, hw2, hw3, hw5, hw6, hw7, hw8
-from pendlab.classroom.checks.acceptance import modulus_margins
+from pendlab.classroom.checks import hw1, hw3, hw5, hw6, hw7, hw8
+from pendlab.classroom.checks.acceptance import design_noise, modulus_margins, unstable
 
 sys.path.insert(0, str(Path(__file__).parent))
 
@@ -421,9 +421,9 @@ def largest_lean():
 
 def fastest_observer():
     start5, fits = start(5.0), []
-    limit = 1.5 * hw2.design_noise(start5)[0]
+    limit = 1.5 * design_noise(start5)
     for e in np.arange(0.89, 0.5, -0.01):
-        if hw2.design_noise(replace(start5, E=(e, e)))[0] > limit:
+        if design_noise(replace(start5, E=(e, e))) > limit:
             return e + 0.01
     return fits
 
@@ -432,7 +432,7 @@ def two_members():
     rng, made = np.random.default_rng(1), []
     for _ in range(20):
         design = replace(start(5.0), E=(0.95, 0.7), coefficients=tuple(rng.standard_normal(4)))
-        if hw2.unstable(design.filtered_loop) is None:
+        if unstable(design.filtered_loop) is None:
             made.append((modulus_margins(design)[0], design))
     made.sort(key=lambda pair: pair[0])
     return made[-1][1], made[0][1]

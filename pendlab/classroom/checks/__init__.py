@@ -1,19 +1,21 @@
 """Checks of exercises: right, or a hint about this mistake; never the answer.
 
 One module per notebook (``nb02`` for notebook 02, ``nbA``, ``hw1`` for homework 1) with a function
-``exercise_k(answer, ..., rig)`` per exercise that returns a `Verdict`. Most are written as a table
-(`judging.asks`) or as steps that yield what is wrong (`judging.judged`).
+per exercise: ``exercise_k(rig)``, a table of answers (`judging.asks`), or ``exercise_k(answer, ...,
+rig)``, which yields what is wrong and returns its praise (`judging.verdict`) or returns a `Verdict`.
+A module's `RIG` says which rig all its exercises are about (`judging.on`).
 """
 
 import os
 import sys
 from contextlib import redirect_stderr
-from importlib import import_module, resources
+from importlib import import_module
+from pkgutil import iter_modules
 
 from numpy import ndarray
 
 from ..gaps import unanswered
-from .judging import Verdict
+from .judging import Verdict, on
 
 OPEN = "something still holds `...`; give it a value."
 __all__ = ["Verdict", "check"]
@@ -25,7 +27,8 @@ def check(exercise, *answer, rig=None, points=None):
     Parameters
     ----------
     exercise : its number as in the notebook, such as ``"02.1"``, ``"A.3"`` or ``"hw4.2"``; or, in a
-        notebook of one's own, a function ``exercise_1(answer, rig=None)`` that returns a `Verdict`
+        notebook of one's own, a function ``exercise_1(answer, rig=None)`` that returns a `Verdict`,
+        or yields what is wrong and returns praise
     answer : what the exercise asks for, in SI units and radians
     rig : the Pendulum it was worked out for; the exercise's own where None
     points : what the exercise is worth; counts where nbgrader marks, and nowhere else
@@ -68,25 +71,22 @@ def _judge(function, answer, rig):
 def exercises():
     """All exercise numbers that have a check, in order."""
     found = []
-    for path in sorted(resources.files(__name__).iterdir(), key=lambda path: path.name):
-        if path.name.startswith(("nb", "hw")) and path.name.endswith(".py"):
-            module = import_module(f".{path.name[:-3]}", __name__)
-            part = path.name[:-3].removeprefix("nb")
-            numbers = [
-                int(name.split("_")[1]) for name in vars(module) if name.startswith("exercise_")
-            ]
-            found += [f"{part}.{number}" for number in sorted(numbers)]
+    for part in (name for _, name, _ in iter_modules(__path__) if name.startswith(("nb", "hw"))):
+        names = vars(import_module(f".{part}", __name__))
+        numbers = sorted(int(name[9:]) for name in names if name.startswith("exercise_"))
+        found += [f"{part.removeprefix('nb')}.{number}" for number in numbers]
     return found
 
 
 def _function(exercise):
     if callable(exercise):
-        return exercise
+        return on()(exercise)
     part, _, number = str(exercise).partition(".")
-    module = part if part.startswith("hw") else f"nb{part}"
     try:
-        return getattr(import_module(f".{module}", __name__), f"exercise_{number}")
+        module = import_module(f".{part if part.startswith('hw') else f'nb{part}'}", __name__)
+        function = getattr(module, f"exercise_{number}")
     except (ImportError, AttributeError):
         raise ValueError(
             f"exercise: no check for {exercise!r}; there are {', '.join(exercises())}."
         ) from None
+    return on(**getattr(module, "RIG", {}))(function)

@@ -1,6 +1,6 @@
 """What a homework design is accepted by: measured properties, each with a hint at its shortfall.
 
-A shortfall is a sentence or None; a `judged` check yields them, and the first is its hint.
+A shortfall is a sentence or None; a check yields them, and the first is its hint.
 """
 
 from dataclasses import astuple, replace
@@ -8,73 +8,64 @@ from dataclasses import astuple, replace
 import control
 import numpy as np
 
+import pendlab as pl
+
 from ..._arguments import found
-from ...bench.imperfections import Imperfections
 from ...bench.inputs import voltages
-from ...design import Design
-from ...loop import closed_loop_eigenvalues, margins
-from ...paper.designs import paper_design
-from ...studies.transmission import rms, time_constant
+from .judging import verdict
 
 NOISE = np.array([1e-3, 1e-3, 1e-3, 1e-2])  # standard deviations of the readings, rad and rad/s
-REAL = Imperfections(filters=True, saturation=True)
+REAL = pl.Imperfections(filters=True, saturation=True)
 
 
 def reference(rig, kp=None):
     """The paper's weights and observer dynamics on this rig, quietest observer."""
-    paper = paper_design("triple" if rig.n_motors > 1 else "double")
-    return Design(rig, paper.Q, paper.R, paper.E, paper.kp if kp is None else kp)
+    paper = pl.paper_design("triple" if rig.n_motors > 1 else "double")
+    return pl.Design(rig, paper.Q, paper.R, paper.E, paper.kp if kp is None else kp)
 
 
 def no_design(design):
-    if not isinstance(design, Design):
-        return f"Expected a pl.Design, as dataclasses.replace makes of another, {found(design)}."
-    return None
+    wanted = "a pl.Design, as dataclasses.replace makes of another"
+    return None if isinstance(design, pl.Design) else f"Expected {wanted}, {found(design)}."
 
 
 def wrong_design(design, rig, any_filters=False):
     """No Design, or one for another rig."""
     if no_design(design):
         return no_design(design)
-    theirs = design.rig
-    if any_filters and theirs.n_motors == rig.n_motors:
-        theirs = replace(theirs, filters=rig.filters)
-    if not alike(theirs, rig):
-        changed = "links, motors and limits" if any_filters else "links, motors, limits and filters"
-        return f"This design belongs to another rig: {changed} must stay those of your own."
-    return None
+    kept, rigs = "links, motors, limits and filters", (design.rig, rig)
+    if any_filters:
+        kept, rigs = "links, motors and limits", (replace(each, filters=None) for each in rigs)
+    told = f"This design belongs to another rig: {kept} must stay those of your own."
+    return None if alike(*rigs) else told
 
 
 def alike(one, other):
     """Whether two rigs agree to rounding, whatever their names."""
-    same_size = (one.n_links, one.n_motors) == (other.n_links, other.n_motors)
-    return same_size and np.array_equal(*map(_digits, (one, other)))
+    return _digits(one) == _digits(other)
 
 
 def _digits(rig):
-    filters = rig.filters and (rig.filters.input_hz, rig.filters.output_hz)
     parts = [astuple(part) for part in (*rig.links, *rig.motors)]
-    numbers = np.hstack([*parts, *(filters or ()), rig.u_max, rig.g]).astype(float)
-    return np.array([f"{value:.10g}" for value in numbers])
+    filters = astuple(rig.filters) if rig.filters else ()
+    return [f"{value:.10g}" for value in np.hstack([*parts, *filters, rig.u_max, rig.g])]
 
 
-def before(what, task, verdict):
+def before(what, task, steps):
     """What is still wrong with the task that this one builds on."""
-    return None if verdict else f"{what} first ({task}): {verdict.message}"
+    told = verdict(steps)
+    return None if told else f"{what} first ({task}): {told.message}"
 
 
 def unstable(loop, where="with filters"):
-    largest = np.abs(closed_loop_eigenvalues(loop)[0])
-    if largest >= 1:
-        return (
-            f"{where.capitalize()} the closed loop is unstable: its largest eigenvalue has "
-            f"magnitude {largest:.6g}. Margins mean nothing before that is mended."
-        )
-    return None
+    largest = np.abs(pl.closed_loop_eigenvalues(loop)[0])
+    told = f"""{where.capitalize()} the closed loop is unstable: its largest eigenvalue has magnitude
+        {largest:.6g}. Margins mean nothing before that is mended."""
+    return told if largest >= 1 else None
 
 
 def modulus_margins(design, filters=True):
-    return tuple(margins(design.loop(i, filters)).modulus for i in range(design.rig.n_motors))
+    return tuple(pl.margins(design.loop(i, filters)).modulus for i in range(design.rig.n_motors))
 
 
 def small_margins(design, least, loops=None):
@@ -84,48 +75,36 @@ def small_margins(design, least, loops=None):
     """
     filters = design.rig.filters
     for i, wanted in enumerate(least):
-        found = margins(loops[i] if loops else design.loop(i, filters=True))
+        found = pl.margins(loops[i] if loops else design.loop(i, filters=True))
         if found.modulus < wanted:
             hertz = found.modulus_omega / (2 * np.pi)
-            lag = np.degrees(
-                np.arctan(hertz / filters.input_hz[i])
-                + np.arctan(hertz / filters.output_hz[i + 1])
-                + found.modulus_omega * design.dt / 2
-            )
-            return (
-                f"With filters the modulus margin at input {i + 1} is {found.modulus:.3f}, "
-                f"{wanted:.3f} is asked for. The curve is nearest to -1 at {hertz:.2f} Hz, where "
-                f"motor filter, sensor filter and hold together take {lag:.0f} degrees."
-            )
+            cut_offs = filters.input_hz[i], filters.output_hz[i + 1]
+            lags = [*np.arctan(np.divide(hertz, cut_offs)), found.modulus_omega * design.dt / 2]
+            return f"""With filters the modulus margin at input {i + 1} is {found.modulus:.3f},
+                {wanted:.3f} is asked for. The curve is nearest to -1 at {hertz:.2f} Hz, where motor
+                filter, sensor filter and hold together take {np.degrees(sum(lags)):.0f} degrees."""
     return None
 
 
-def noise_rms(P, G):
-    """Standard deviation of each voltage, u = -P (y + n), n white with deviations `NOISE`."""
-    return rms(control.feedback(P, G), NOISE)
+def noise_volts(P, G):
+    """Standard deviation of motor 1's voltage, u = -P (y + n), n white with deviations `NOISE`."""
+    return pl.rms(control.feedback(P, G), NOISE)[0]
 
 
 def design_noise(design):
-    return noise_rms(-design.controller.system, design.filtered)
+    return noise_volts(-design.controller.system, design.filtered)
 
 
 def slow(loop, most):
-    tau = time_constant(loop)
-    if tau > most:
-        return (
-            f"With filters the slowest motion has a time constant of {tau:.3g} s, at most "
-            f"{most:g} s is asked for."
-        )
-    return None
+    tau = pl.time_constant(loop)
+    told = f"With filters the slowest motion has a time constant of {tau:.3g} s, at most {most:g} s"
+    return f"{told} is asked for." if tau > most else None
 
 
 def too_noisy(found, limit):
-    if found > limit:
-        return (
-            f"Sensor noise moves motor 1 by {found:.2f} V (standard deviation), at most "
-            f"{limit:.2f} V are allowed: something in your estimate differentiates too eagerly."
-        )
-    return None
+    told = f"""Sensor noise moves motor 1 by {found:.2f} V (standard deviation), at most {limit:.2f}
+        V are allowed: something in your estimate differentiates too eagerly."""
+    return told if found > limit else None
 
 
 def fallen(run, when):
@@ -143,9 +122,7 @@ def remembers_in_self(controller, x0, y, motors):
     begin = first_state(controller, x0)
     u, state = voltages(controller.step(begin, y.copy(), 0.0), motors, 0.0)
     controller.step(state, -y, 0.0)
-    if not np.array_equal(u, np.atleast_1d(controller.step(begin, y.copy(), 0.0)[0])):
-        return (
-            "Equal calls of step gave different voltages: keep what must be remembered in the "
-            "state that step returns, not in self."
-        )
-    return None
+    told = """Equal calls of step gave different voltages: keep what must be remembered in the state
+        that step returns, not in self."""
+    again = np.atleast_1d(controller.step(begin, y.copy(), 0.0)[0])
+    return None if np.array_equal(u, again) else told

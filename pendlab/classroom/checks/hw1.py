@@ -5,20 +5,13 @@ from dataclasses import replace
 import control
 import numpy as np
 
-from ..._arguments import number
-from ...bench.simulation import simulate
-from ...loop import frequency_response
-from .acceptance import (
-    REAL,
-    before,
-    modulus_margins,
-    reference,
-    small_margins,
-    unstable,
-    wrong_design,
-)
-from .judging import asks, not_callable, on
+import pendlab as pl
 
+from ..._arguments import number
+from . import acceptance
+from .judging import asks, not_callable
+
+RIG = dict(base="triple", who="your name")
 PASS = 1e-3  # s, the paper's steps 1 to 6 for the triple
 LOAD, HUM_HZ, HUM, HUM_VOLTS, LOWEST, MARGIN = 0.2, 50.0, 1e-3, 1.0, 5.0, 0.25
 CROSSOVER = 2.5  # Hz
@@ -27,27 +20,22 @@ SMOOTHING = 3  # factor by which the motors' filters weaken the sampling frequen
 WEAKENED = 1.5  # factor by which each sensor's filter weakens the hum
 
 
-@on("triple", who="your name")
 @asks("delays", apart=True)
 def exercise_1(rig):
     """Delays of hold, motor 2's filter and the filter of theta3 - theta2, s."""
-    hold, cuts = (
-        reference(rig).dt / 2,
-        np.array([rig.filters.input_hz[1], rig.filters.output_hz[2]]),
-    )
+    hold = acceptance.reference(rig).dt / 2
+    cuts = np.array([rig.filters.input_hz[1], rig.filters.output_hz[2]])
     truth = np.array([hold, *(1 / (2 * np.pi * cuts))])
     yield truth, f"Now count them in degrees at {CROSSOVER:g} Hz."
     mean = "The hold delays by less than a whole period: think of the staircase's mean."
     yield [2 * hold, *truth[1:]], mean
     hertz = "The cut-offs are in hertz; arctan(w/w_c) needs rad/s for both."
     yield [hold, *(1 / cuts)], hertz
-    two = "Two things: the hold's mean delay, and hertz against rad/s."
-    yield [2 * hold, *(1 / cuts)], two
+    yield [2 * hold, *(1 / cuts)], "Two things: the hold's mean delay, and hertz against rad/s."
     yield truth[[0, 2, 1]], "Motor filter before sensor filter, please."
 
 
-@on("triple", who="your name")
-def exercise_2(alias, rig=None):
+def exercise_2(alias, rig):
     """A function that tells where a frequency turns up."""
     yield not_callable(alias, "your function alias(f, dt)")
     cases = [(3, 0.01), (50, 0.02), (50, 0.01), (97, 0.01), (60, 0.01), (130, 0.008), (460, 0.005)]
@@ -60,22 +48,19 @@ def exercise_2(alias, rig=None):
         if not -1e-9 <= found <= 0.5 / dt + 1e-9:
             yield f"{said}; an alias lies from 0 to half the sampling frequency."
         if np.abs(same).max() > 1e-6:
-            differ = "but the samples of the two cosines differ. Which multiple of 1/dt is nearest?"
-            yield f"{said}, {differ}"
+            yield f"""{said}, but the samples of the two cosines differ. Which multiple of 1/dt is
+                nearest?"""
     return "The samples of both cosines agree in every case tried."
 
 
-@on("triple", who="your name")
-def exercise_3(longest, rig=None):
+def exercise_3(longest, rig):
     """The longest period at which the margins without filters are large enough, s."""
     longest = number("longest", longest, above=0)
     if longest > 0.2:
         yield "A period in seconds is asked for; this one would be very long."
-
-    def least(dt):
-        return min(modulus_margins(replace(reference(rig), dt=dt), filters=False))
-
-    here, beyond = least(longest), least(FURTHER * longest)
+    periods = (longest, FURTHER * longest)
+    designs = (acceptance.reference(rig).changed(dt=dt) for dt in periods)
+    here, beyond = (min(acceptance.modulus_margins(one, filters=False)) for one in designs)
     if here < MARGIN:
         yield f"Without filters the smaller modulus margin is {here:.3f} there, under {MARGIN}."
     if beyond >= MARGIN:
@@ -83,47 +68,37 @@ def exercise_3(longest, rig=None):
     return f"The smaller margin is {here:.3f}; a period longer by 5 % takes it below {MARGIN}."
 
 
-@on("triple", who="your name")
-def exercise_4(design, rig=None):
+def exercise_4(design, rig):
     """Period, filters and k_p of one's own."""
-    yield wrong_design(design, rig, any_filters=True)
-    filters = design.rig.filters
+    yield acceptance.wrong_design(design, rig, any_filters=True)
+    filters, rate, load = design.rig.filters, 1 / design.dt, PASS / design.dt
     if filters is None:
         yield "This rig has no filters at all; its cables' 50 Hz would reach the sampler whole."
-    if PASS / design.dt > LOAD + 1e-9:
-        yield (
-            f"One pass takes 1 ms, so at dt = {1000 * design.dt:.3g} ms the computer is busy "
-            f"{PASS / design.dt:.1%} of the time; at most {LOAD:.0%} is allowed."
-        )
-    seen = abs(HUM_HZ - round(HUM_HZ * design.dt) / design.dt)
+    if load > LOAD + 1e-9:
+        yield f"""One pass takes 1 ms, so at dt = {1000 * design.dt:.3g} ms the computer is busy
+            {load:.1%} of the time; at most {LOAD:.0%} is allowed."""
+    seen = abs(HUM_HZ - round(HUM_HZ / rate) * rate)
     if seen < LOWEST:
-        yield (
-            f"Sampled at {1 / design.dt:.4g} Hz, the mains' 50 Hz turns up at {seen:.2g} Hz, "
-            "where it looks like a motion of the pendulum; no voltage will show it, the "
-            f"pendulum will. Keep it above {LOWEST:g} Hz."
-        )
-    smoothing = np.hypot(1, 1 / design.dt / max(filters.input_hz))
+        yield f"""Sampled at {rate:.4g} Hz, the mains' 50 Hz turns up at {seen:.2g} Hz, where it
+            looks like a motion of the pendulum; no voltage will show it, the pendulum will. Keep it
+            above {LOWEST:g} Hz."""
+    smoothing = np.hypot(1, rate / max(filters.input_hz))
     if smoothing < SMOOTHING:
-        yield (
-            f"The faster motor filter weakens the staircase's {1 / design.dt:.4g} Hz by a factor "
-            f"of {smoothing:.4g} only; {SMOOTHING} is asked for."
-        )
+        yield f"""The faster motor filter weakens the staircase's {rate:.4g} Hz by a factor of
+            {smoothing:.4g} only; {SMOOTHING} is asked for."""
     passed = np.hypot(1, HUM_HZ / max(filters.output_hz))
     if passed < WEAKENED:
-        yield (
-            f"The fastest sensor filter weakens the hum's {HUM_HZ:g} Hz by a factor of "
-            f"{passed:.4g} only; {WEAKENED:g} is asked for: behind the sampler nobody can tell it "
-            "from a motion."
-        )
-    yield unstable(design.filtered_loop)
-    yield small_margins(design, (MARGIN, MARGIN))
+        yield f"""The fastest sensor filter weakens the hum's {HUM_HZ:g} Hz by a factor of
+            {passed:.4g} only; {WEAKENED:g} is asked for: behind the sampler nobody can tell it from
+            a motion."""
+    yield acceptance.unstable(design.filtered_loop)
+    yield acceptance.small_margins(design, (MARGIN, MARGIN))
     volts = hum_volts(design)
     if volts > HUM_VOLTS:
-        yield (
-            f"The hum moves motor 1 by {volts:.2f} V, {HUM_VOLTS:g} V is allowed; the sensors' "
-            "filters and the period both have a say in it."
-        )
-    return "Margins {:.2f} and {:.2f}, hum {:.2f} V.".format(*modulus_margins(design), volts)
+        yield f"""The hum moves motor 1 by {volts:.2f} V, {HUM_VOLTS:g} V is allowed; the sensors'
+            filters and the period both have a say in it."""
+    first, second = acceptance.modulus_margins(design)
+    return f"Margins {first:.2f} and {second:.2f}, hum {volts:.2f} V."
 
 
 def hum_volts(design):
@@ -131,13 +106,12 @@ def hum_volts(design):
     cuts = np.array(design.rig.filters.output_hz)
     arriving = np.array([HUM, HUM, HUM, 0]) / (1 + 1j * HUM_HZ / cuts)
     to_u = control.feedback(-design.controller.system, design.filtered)
-    return float(abs(frequency_response(to_u, 2 * np.pi * HUM_HZ)[0, 0] @ arriving))
+    return float(abs(pl.frequency_response(to_u, 2 * np.pi * HUM_HZ)[0, 0] @ arriving))
 
 
-@on("triple", who="your name")
-def exercise_5(design, lean, rig=None):
+def exercise_5(design, lean, rig):
     """The largest lean from which it comes back, rad."""
-    yield before("The design", "exercise 4", exercise_4(design, rig=rig))
+    yield acceptance.before("The design", "exercise 4", exercise_4(design, rig))
     lean = number("lean", lean, above=0)
     if lean > 0.5:
         yield "The lean is in radians; this one is nearly lying down."
@@ -149,6 +123,6 @@ def exercise_5(design, lean, rig=None):
 
 
 def recovers(design, lean):
-    bench = replace(REAL, delay=PASS)
-    run = simulate(design.rig, design.controller, LASTING, [lean, 0, 0], imperfections=bench)
+    bench = replace(acceptance.REAL, delay=PASS)
+    run = pl.simulate(design.rig, design.controller, LASTING, [lean, 0, 0], imperfections=bench)
     return not run.fell and float(np.abs(run.angles[run.t > LASTING - 1]).max()) < REST

@@ -6,33 +6,19 @@ import control
 import numpy as np
 from scipy.linalg import solve_discrete_are
 
-from ..._arguments import found, number
-from ...bench.simulation import simulate
-from ...controllers import Controller
-from ...gain import weights
-from ...loop import broken_at, closed_loop_eigenvalues, margins, open_loop
-from ...observers import Observer
-from .acceptance import (
-    NOISE,
-    REAL,
-    design_noise,
-    fallen,
-    first_state,
-    modulus_margins,
-    noise_rms,
-    reference,
-    remembers_in_self,
-    small_margins,
-    too_noisy,
-    unstable,
-)
-from .judging import asks, on
+import pendlab as pl
 
+from ..._arguments import found, number
+from ...gain import weights
+from . import acceptance
+from .judging import asks
+
+RIG = dict(base="triple", who="your name")
 KP = 5.0
 BAD, BETTER, QUIETER = 0.1, 1.35, 0.15
 SHAKES = 0.4  # of the reference's noise, simulated
 LEAN, REST = 0.01, 0.005  # rad
-V = np.diag(NOISE**2)
+V = np.diag(acceptance.NOISE**2)
 
 
 def kalman_gain(model, W, V=V):
@@ -46,143 +32,131 @@ def kalman_filter(model, W, V=V):
     """The filter as an observer of all states, which uses the reading of this sample."""
     A, B, M = model.A, model.B, kalman_gain(model, W, V)
     T = np.eye(len(A)) - M @ model.C
-    return Observer(T @ A, T @ B, T, T @ A @ M, M, np.eye(len(A)))
+    return pl.Observer(T @ A, T @ B, T, T @ A @ M, M, np.eye(len(A)))
 
 
 def compensator(design, W):
     """P of u = -P y from the design's F and the Kalman filter for W."""
-    return -Controller(design.controller.F, kalman_filter(design.model, W), design.dt).system
+    return -pl.Controller(design.controller.F, kalman_filter(design.model, W), design.dt).system
 
 
-@on("triple", who="your name")
-@asks("M", tolerance=2e-2, each=True)  # two digits, as four decimals show of the smallest
+@asks("M", tolerance=2e-2, each=True)
 def exercise_1(rig):
-    """Gain of the Kalman filter for W = B B'."""
-    model = reference(rig, KP).model
+    """Gain of the Kalman filter for W = B B', to two digits, as four decimals show of the smallest."""
+    model = acceptance.reference(rig, KP).model
     W = model.B @ model.B.T
     yield kalman_gain(model, W), None
-    prediction = (
-        "This is A M, the prediction's gain; the reading of this sample may be used already."
-    )
-    yield model.A @ kalman_gain(model, W), prediction
+    ahead = "This is A M, the prediction's gain; the reading of this sample may be used already."
+    yield model.A @ kalman_gain(model, W), ahead
     squares = "V holds variances, the squares of the standard deviations."
-    yield kalman_gain(model, W, np.diag(NOISE)), squares
+    yield kalman_gain(model, W, np.diag(acceptance.NOISE)), squares
 
 
-@on("triple", who="your name")
-def exercise_2(P, rig=None):
+def exercise_2(P, rig):
     """The compensator, with the eigenvalues that separation promises."""
-    design = reference(rig, KP)
-    yield wrong_compensator(P, design)
-    yield turned(P, design)
-    yield unstable(open_loop(-P, design.model), "without filters")
-    A, B, C = design.model.A, design.model.B, design.model.C
-    estimator = np.linalg.eigvals((np.eye(len(A)) - kalman_gain(design.model, B @ B.T) @ C) @ A)
-    state = closed_loop_eigenvalues(design.state_feedback_loop)
-    found = closed_loop_eigenvalues(open_loop(-P, design.model))
+    design = acceptance.reference(rig, KP)
+    model = design.model
+    yield wrong_compensator(P, model)
+    loop, turned, A = pl.open_loop(-P, model), pl.open_loop(P, model), model.A
+    if acceptance.unstable(loop) and not acceptance.unstable(turned):
+        yield "Stable with -P, not with P: the convention is u = -P y."
+    yield acceptance.unstable(loop, "without filters")
+    M = kalman_gain(model, model.B @ model.B.T)
+    estimator = np.linalg.eigvals((np.eye(len(A)) - M @ model.C) @ A)
+    state = pl.closed_loop_eigenvalues(design.state_feedback_loop)
     for name, wanted in (("state feedback", state), ("the estimator", estimator)):
-        missing = max(np.abs(found - value).min() for value in wanted)
+        distances = np.abs(np.subtract.outer(wanted, pl.closed_loop_eigenvalues(loop)))
+        missing = distances.min(axis=1).max()
         if missing > 1e-4:
-            yield (
-                f"The loop is stable, but an eigenvalue of {name} is missing among those of "
-                f"the closed loop (nearest {missing:.2g} off): separation must hold. Which u "
-                "moves your prediction?"
-            )
+            yield f"""The loop is stable, but an eigenvalue of {name} is missing among those of the
+                closed loop (nearest {missing:.2g} off): separation must hold. Which u moves your
+                prediction?"""
     return "Now say which eigenvalue is which."
 
 
-def turned(P, design):
-    """Unstable as it is, stable with the other sign."""
-    if unstable(open_loop(-P, design.model)) and not unstable(open_loop(P, design.model)):
-        return "Stable with -P, not with P: the convention is u = -P y."
-    return None
-
-
-def wrong_compensator(P, design):
+def wrong_compensator(P, model):
     if not isinstance(P, control.StateSpace):
         return f"Expected P as a control.StateSpace from y to u, {found(P)}."
-    model = design.model
     if (P.noutputs, P.ninputs) != (model.ninputs, model.noutputs):
-        return (
-            f"P takes {model.noutputs} readings and gives {model.ninputs} voltages, yours takes "
-            f"{P.ninputs} and gives {P.noutputs}."
-        )
+        return f"""P takes {model.noutputs} readings and gives {model.ninputs} voltages, yours takes
+            {P.ninputs} and gives {P.noutputs}."""
     if not np.isclose(P.dt, model.dt):
         return f"P should be sampled at {model.dt} s, yours has dt = {P.dt}."
     return None
 
 
 def not_semidefinite(W):
-    if np.linalg.eigvalsh(W)[0] < -1e-9 * np.abs(W).max():
-        return "W is a covariance: it must have no negative eigenvalue."
-    return None
+    negative = np.linalg.eigvalsh(W)[0] < -1e-9 * np.abs(W).max()
+    return "W is a covariance: it must have no negative eigenvalue." if negative else None
 
 
-@on("triple", who="your name")
-def exercise_3(W, rig=None):
+def exercise_3(W, rig):
     """A process covariance whose filter leaves hardly any margin."""
-    design = reference(rig, KP)
+    design = acceptance.reference(rig, KP)
     W = weights("W", W, design.model.nstates)
     yield not_semidefinite(W)
-    loop = open_loop(-compensator(design, W), design.model)
-    yield unstable(loop, "without filters")
-    left, recovered = margins(broken_at(loop, 0)).modulus, modulus_margins(design, filters=False)[0]
+    loop = pl.open_loop(-compensator(design, W), design.model)
+    yield acceptance.unstable(loop, "without filters")
+    left = pl.margins(pl.broken_at(loop, 0)).modulus
+    recovered, _ = acceptance.modulus_margins(design, filters=False)
     if left > BAD * recovered:
-        yield (
-            f"The modulus margin at input 1 is {left:.3f}, state feedback has {recovered:.3f}; "
-            f"find a W for which less than {BAD:.0%} of it is left. Does your filter expect large "
-            "disturbances exactly where the motors act?"
-        )
+        yield f"""The modulus margin at input 1 is {left:.3f}, state feedback has {recovered:.3f};
+            find a W for which less than {BAD:.0%} of it is left. Does your filter expect large
+            disturbances exactly where the motors act?"""
     return "An optimal gain, an optimal filter, and hardly any margin left."
 
 
-@on("triple", who="your name")
-def exercise_4(W, rig=None):
+def exercise_4(W, rig):
     """A process covariance whose filter is quiet and keeps its distance."""
-    design = reference(rig, KP)
+    design = acceptance.reference(rig, KP)
     W = weights("W", W, design.model.nstates)
     yield not_semidefinite(W)
     P = compensator(design, W)
-    loop, least = open_loop(-P, design.filtered), modulus_margins(design)
-    yield unstable(loop)
-    broken = [broken_at(loop, i) for i in (0, 1)]
-    yield small_margins(design, (BETTER * least[0], least[1]), broken)
-    mine, theirs = noise_rms(P, design.filtered)[0], design_noise(design)[0]
-    yield too_noisy(mine, QUIETER * theirs)
-    first, second = (margins(part).modulus for part in broken)
-    return (
-        f"Margins {first:.3f} and {second:.3f} at {mine:.2f} V of noise; H = 0 with "
-        f"E = diag(0.9, 0.9) has {least[0]:.3f} and {least[1]:.3f} at {theirs:.2f} V."
-    )
+    loop, least = pl.open_loop(-P, design.filtered), acceptance.modulus_margins(design)
+    yield acceptance.unstable(loop)
+    broken = [pl.broken_at(loop, i) for i in (0, 1)]
+    yield acceptance.small_margins(design, (BETTER * least[0], least[1]), broken)
+    mine, theirs = acceptance.noise_volts(P, design.filtered), acceptance.design_noise(design)
+    yield acceptance.too_noisy(mine, QUIETER * theirs)
+    first, second = (pl.margins(part).modulus for part in broken)
+    return f"""Margins {first:.3f} and {second:.3f} at {mine:.2f} V of noise; H = 0 with
+        E = diag(0.9, 0.9) has {least[0]:.3f} and {least[1]:.3f} at {theirs:.2f} V."""
 
 
-@on("triple", who="your name")
-def exercise_5(controller, rig=None):
+def exercise_5(controller, rig):
     """A filter on the pendulum, with limits, integrator and memory where they belong."""
-    design = reference(rig, KP)
+    design = acceptance.reference(rig, KP)
     if isinstance(controller, type) or not callable(getattr(controller, "step", None)):
         yield f"Expected an object with step(state, y, y_ref), {found(controller)}."
-    yield remembers_in_self(controller, np.zeros(6), np.array([1e-3, -2e-3, 1e-3, 0.0]), 2)
-    calm = simulate(rig, controller, 6, [LEAN, 0, 0], imperfections=REAL, dt=design.dt)
-    with_noise = replace(REAL, noise=tuple(NOISE))
-    noisy = simulate(rig, controller, 10, imperfections=with_noise, dt=design.dt)
-    yield fallen(calm, f"From a lean of {LEAN} rad")
-    yield fallen(noisy, "With noise")
+    y = np.array([1e-3, -2e-3, 1e-3, 0.0])
+    yield acceptance.remembers_in_self(controller, np.zeros(6), y, 2)
+    real, dt = acceptance.REAL, design.dt
+    calm = pl.simulate(rig, controller, 6, [LEAN, 0, 0], imperfections=real, dt=dt)
+    real = replace(real, noise=tuple(acceptance.NOISE))
+    noisy = pl.simulate(rig, controller, 10, imperfections=real, dt=dt)
+    yield acceptance.fallen(calm, f"From a lean of {LEAN} rad")
+    yield acceptance.fallen(noisy, "With noise")
     yield _no_integrator(controller, design)
     late = np.abs(calm.angles[calm.t > 5]).max()
     if late > REST:
         yield f"After 5 s the angles still reach {late:.4f} rad, {REST} is asked for."
     shaking = number("voltage", noisy.u[100:, 0].std())
-    yield too_noisy(shaking, SHAKES * design_noise(design)[0])
+    yield acceptance.too_noisy(shaking, SHAKES * acceptance.design_noise(design))
     yield _unlimited(controller, rig)
     return f"It stands, and motor 1 shakes with {shaking:.2f} V."
 
 
+def _after(controller, first, second, reference=0.0):
+    """The voltages at a second sample."""
+    begin = acceptance.first_state(controller, np.zeros(6))
+    _, state = controller.step(begin, first, reference)
+    return np.asarray(controller.step(state, second, 0.0)[0], dtype=float)
+
+
 def _no_integrator(controller, design):
     """Whether a reference, after one sample, moves the voltages as -F_w T_s does."""
-    y, wish, begin = np.zeros(4), 0.01, first_state(controller, np.zeros(6))
-    states = [controller.step(begin, y, r)[1] for r in (0.0, wish)]
-    plain, moved = (np.asarray(controller.step(state, y, 0.0)[0]) for state in states)
+    y, wish = np.zeros(4), 0.01
+    plain, moved = (_after(controller, y, y, reference) for reference in (0.0, wish))
     if np.allclose(moved - plain, -wish * design.dt * design.controller.F[:, -1], 1e-3, 1e-12):
         return None
     if np.allclose(moved, plain, rtol=0, atol=1e-12):
@@ -196,18 +170,13 @@ def _unlimited(controller, rig):
     Such a controller is linear behind its first sample, however far off that is: a second reading
     that undoes the first one for small angles then leaves no voltage at all.
     """
-    zero, far, small = np.zeros(4), np.array([0.5, 0, 0, 0]), 1e-6
-    begin = first_state(controller, np.zeros(6))
-
-    def after(first, second):
-        state = controller.step(begin, first, 0.0)[1]
-        return np.asarray(controller.step(state, second, 0.0)[0], dtype=float)
-
-    if np.any(np.abs(controller.step(begin, far, 0.0)[0]) > np.array(rig.u_max) + 1e-9):
+    zero, far, small, limits = np.zeros(4), np.array([0.5, 0, 0, 0]), 1e-6, np.array(rig.u_max)
+    begin = acceptance.first_state(controller, np.zeros(6))
+    if np.any(np.abs(controller.step(begin, far, 0.0)[0]) > limits + 1e-9):
         return "step returns voltages beyond the limits; clip them to rig.u_max first."
-    memory = after(small * far, zero) / small
-    reading = np.column_stack([after(zero, small * unit) / small for unit in np.eye(4)])
-    undone = after(far, -np.linalg.lstsq(reading, memory, rcond=None)[0])
-    if np.all(np.abs(undone) < 1e-3 * np.array(rig.u_max)):
+    memory = _after(controller, small * far, zero) / small
+    reading = [_after(controller, zero, small * unit) / small for unit in np.eye(4)]
+    undone = _after(controller, far, -np.linalg.lstsq(np.transpose(reading), memory, rcond=None)[0])
+    if np.all(np.abs(undone) < 1e-3 * limits):
         return "The prediction is told the voltage that you wanted; which one did the motor get?"
     return None

@@ -1,72 +1,66 @@
 """Homework 5: four links, with motors of one's own choice."""
 
-from dataclasses import replace
+from dataclasses import astuple, replace
 
 import numpy as np
 
-from ..._arguments import array, found
-from ...bench.simulation import simulate
-from ...models import equations, linearize
-from ...observers import observer_family
-from ...parameters import Filters, Motor, Pendulum, load
-from ...sampled import sample
-from ...studies.controllability import recoverable_tilt
-from .acceptance import REAL, alike, before, fallen, no_design, small_margins, unstable
-from .judging import FOUND_TOO, Verdict, all_right, asks, compare, not_callable, on
+import pendlab as pl
 
+from ..._arguments import array, found
+from ...models import matrices
+from .acceptance import REAL, alike, before, fallen, no_design, small_margins, unstable
+from .judging import asks, compare, not_callable
+
+RIG = dict(base="triple", who="your name")
 PRICES, LIMITS, BUDGET = (3, 1), (12.0, 2.5), 5
 LEAST, MOST = 20, 240  # gear ratios to be had
 TILT, MARGIN, LEAN, REST, SETTLED = 0.1, 0.2, 0.03, 0.01, 9.0
+FIELDS = ("gain", "inertia", "damping", "ratio")
 
 
 def geared(motor, ratio):
     """The same motor behind another gearbox: torque by N, inertia and damping by N squared."""
     k = ratio / motor.ratio
-    return Motor(motor.damping * k**2, motor.inertia * k**2, motor.gain * k, ratio)
+    return pl.Motor(motor.damping * k**2, motor.inertia * k**2, motor.gain * k, ratio)
 
 
 def tower(rig, motors, u_max):
     """Four links from the three of a triple; link 2 is there twice."""
     low, middle, top = rig.links
-    m = len(motors)
-    links = (low, middle, middle, top)
-    return Pendulum(links, motors, Filters((20.0,) * m, (50.0,) * 5), u_max, name="four links")
+    links, filters = (low, middle, middle, top), pl.Filters((20.0,) * len(motors), (50.0,) * 5)
+    return pl.Pendulum(links, motors, filters, u_max, name="four links")
 
 
 def links_alone(rig):
     """Mass matrix and gravity matrix of the links, absolute angles, without rotors."""
     free = [replace(motor, inertia=0.0, damping=0.0) for motor in rig.motors]
-    motion, values = equations(replace(rig, motors=free))
-    _, M, _, P, _ = motion.linear(*values)
-    return np.asarray(M, dtype=float), np.asarray(P, dtype=float)
+    _, M, _, P, _ = matrices(replace(rig, motors=free))
+    return M, P
 
 
-@on("triple", who="your name")
-def exercise_1(function, rig=None):
+def exercise_1(function, rig):
     """A function that puts a motor behind another gearbox."""
     yield not_callable(function, "your function geared(motor, ratio)")
     for motor in rig.motors:
         for k in (0.5, 1.0, 2.0):
             ratio = k * motor.ratio
             mine, theirs = geared(motor, ratio), function(motor, ratio)
-            if not isinstance(theirs, Motor):
+            if not isinstance(theirs, pl.Motor):
                 yield f"geared must return a pl.Motor, {found(theirs)}."
-            for name in ("gain", "inertia", "damping", "ratio"):
+            for name in FIELDS:
                 want, have = getattr(mine, name), getattr(theirs, name)
                 if not np.isclose(have, want, rtol=1e-6):
-                    yield (
-                        f"At {k:g} times the ratio your {name} changes by a factor of "
-                        f"{have / getattr(motor, name):.3g}; write down the energy or power that "
-                        "it stands for, on both sides of the gearbox."
-                    )
+                    factor = have / getattr(motor, name)
+                    yield f"""At {k:g} times the ratio your {name} changes by a factor of
+                        {factor:.3g}; write down the energy or power that it stands for, on both
+                        sides of the gearbox."""
     return "Gain by N, inertia and damping by N squared."
 
 
-@on("triple", who="your name")
-def exercise_2(function, rig=None):
+def exercise_2(function, rig):
     """A function that gives mass matrix and gravity matrix of any tower."""
     yield not_callable(function, "your function mass_and_gravity(rig)")
-    for case in [load("double"), rig, tower(rig, rig.motors, LIMITS)]:
+    for case in [pl.load("double"), rig, tower(rig, rig.motors, LIMITS)]:
         answer = function(case)
         if not isinstance(answer, (tuple, list)) or len(answer) != 2:
             yield "The function should return the pair (M, P)."
@@ -88,45 +82,42 @@ def _matrix_mistakes(rig, name, truth):
         yield np.diag(np.diag(truth)), "Links move each other: M is not diagonal."
 
 
-@on("triple", who="your name")
-def exercise_3(freedom, most, rig=None):
+@asks("freedom", "most")
+def exercise_3(rig):
     """Free directions in each row of T for 1, 2, 3 motors; most motors with E = e I."""
-    rows = 3
-    best = max(m for m in (1, 2, 3) if row_freedom(rig, m) >= rows)
-    hint = "Hold each number of free directions against the number of rows that T needs."
-    second = Verdict(most == best, FOUND_TOO if most == best else hint)
-    return all_right(_freedom(freedom, rig), second)
-
-
-@asks("freedom")
-def _freedom(rig):
-    n, motors = 4, (1, 2, 3)
-    yield [row_freedom(rig, m) for m in motors], None
+    rows, n, motors = 3, 4, (1, 2, 3)
+    freedom = [row_freedom(rig, m) for m in motors]
+    yield freedom, None
     yield [n + 1] * 3, "Those are the unknowns beyond t A; TB = 0 takes one away per motor."
     further = "A row of K brings n + 1 further unknowns, and t A - e t = k C is 2n equations."
     yield [2 * n - m for m in motors], further
+
+    yield "most"
+    yield max(m for m, free in zip(motors, freedom) if free >= rows), None
+    hint = f"""T has {rows} rows. With E = e I they all come from one and the same space; of which
+        dimension must it be at least?"""
+    for other in range(10):
+        yield other, hint
 
 
 def row_freedom(rig, m):
     """Dimension of the solutions (t, k) of one row, counted on a sampled tower."""
     large, small = rig.motors
     made = tower(rig, [large, small, small][:m], (*LIMITS, LIMITS[1])[:m])
-    return observer_family(sample(linearize(made), 0.01), [0.1, 0.2, 0.3]).dimension // 3
+    model = pl.sample(pl.linearize(made), 0.01)
+    return pl.observer_family(model, [0.1, 0.2, 0.3]).dimension // 3
 
 
-@on("triple", who="your name")
-def exercise_4(mine, rig=None):
+def exercise_4(mine, rig):
     """Motors for four links."""
-    if not isinstance(mine, Pendulum):
+    if not isinstance(mine, pl.Pendulum):
         yield f"Expected your Pendulum, {found(mine)}."
     price = 0
     for i, (motor, limit) in enumerate(zip(mine.motors, mine.u_max), 1):
         kind = _which(motor, rig.motors)
         if kind is None:
-            yield (
-                f"Motor {i} is neither your large nor your small one behind another gearbox; "
-                "make it with geared."
-            )
+            yield f"""Motor {i} is neither your large nor your small one behind another gearbox;
+                make it with geared."""
         if not LEAST <= motor.ratio <= MOST:
             yield f"Motor {i} has ratio {motor.ratio:g}; {LEAST} to {MOST} are to be had."
         if limit != LIMITS[kind]:
@@ -136,39 +127,31 @@ def exercise_4(mine, rig=None):
         yield f"These motors cost {price}; the budget is {BUDGET}."
     if not alike(mine, tower(rig, mine.motors, mine.u_max)):
         yield "Links, filters and g must stay those of tower(...)."
-    tilt = recoverable_tilt(mine)
+    tilt = pl.recoverable_tilt(mine)
     if tilt < TILT:
-        yield (
-            f"From a lean of {tilt:.3f} rad even the best controller would be too weak, {TILT:g} "
-            "is asked for: which motor is at its limit first, or is there one too few?"
-        )
+        yield f"""From a lean of {tilt:.3f} rad even the best controller would be too weak, {TILT:g}
+            is asked for: which motor is at its limit first, or is there one too few?"""
     return f"Tilt {tilt:.3f} rad."
 
 
 def _which(motor, kinds):
     """Index of the motor that is the same but for its gearbox, or None."""
-
-    def same(base):
-        made = geared(base, motor.ratio)
-        fields = ("gain", "inertia", "damping")
-        return all(np.isclose(getattr(motor, f), getattr(made, f), 1e-6) for f in fields)
-
-    return next((kind for kind, base in enumerate(kinds) if same(base)), None)
+    for kind, base in enumerate(kinds):
+        if np.allclose(astuple(motor), astuple(geared(base, motor.ratio)), 1e-6):
+            return kind
+    return None
 
 
-@on("triple", who="your name")
-def exercise_5(design, rig=None):
+def exercise_5(design, rig):
     """A design that lets four links stand, with margin."""
     yield no_design(design)
-    yield before("The rig", "task 4", exercise_4(design.rig, rig=rig))
+    yield before("The rig", "task 4", exercise_4(design.rig, rig))
     yield unstable(design.filtered_loop)
     yield small_margins(design, [MARGIN] * design.rig.n_motors)
-    run = simulate(design.rig, design.controller, 10, [LEAN, 0, 0, 0], imperfections=REAL)
+    run = pl.simulate(design.rig, design.controller, 10, [LEAN, 0, 0, 0], imperfections=REAL)
     yield fallen(run, f"Released at a lean of {LEAN:g} rad")
     left = np.abs(run.angles[run.t > SETTLED]).max()
     if left > REST:
-        yield (
-            f"Released at {LEAN:g} rad it stays up, but angles still reach {left:.3f} rad after "
-            f"{SETTLED:g} s; {REST:g} is asked for."
-        )
+        yield f"""Released at {LEAN:g} rad it stays up, but angles still reach {left:.3f} rad after
+            {SETTLED:g} s; {REST:g} is asked for."""
     return "Four links stand, with margin, on three motors or fewer."

@@ -4,14 +4,15 @@ from dataclasses import replace
 
 import numpy as np
 
-from ..._arguments import array, number
-from ...bench.gearbox import bench_imperfections
-from ...bench.imperfections import Imperfections
-from ...bench.simulation import simulate
-from ...studies.describing import at_the_gears, limit_cycles, play
-from .acceptance import fallen, reference, slow, small_margins, unstable, wrong_design
-from .judging import FOUND_TOO, all_right, asks, choose, compare, not_callable, on
+import pendlab as pl
 
+from ..._arguments import array, number
+from ...paper.changes import hertz
+from ...studies.describing import at_the_gears, play
+from .acceptance import fallen, reference, slow, small_margins, unstable, wrong_design
+from .judging import FOUND_TOO, all_right, asks, choose, compare, not_callable
+
+RIG = dict(base="double", who="your name")
 STIFFNESS = 50.0  # N m/rad, of the gearbox of tasks 1 to 4
 SECONDS, FROM = 30.0, 15.0
 FUNCTION, CYCLE = 2e-3, 0.03  # tolerances of tasks 1 and 4
@@ -19,7 +20,7 @@ SMALLER, MARGIN, FURTHEST, SLOWEST = 0.2, 0.5, 0.05, 2.5  # share, from -1, rad,
 
 
 def gap(rig):
-    return bench_imperfections(rig).gap[0]
+    return pl.bench_imperfections(rig).gap[0]
 
 
 def at_the_gear(design, omega):
@@ -35,29 +36,26 @@ def rotor(rig, omega):
 
 
 def measured(run):
-    """(Hz, half the peak to peak) of theta2 - theta1 from `FROM` on."""
-    late = run.t >= FROM
-    x = run.angles[late, 1] - run.angles[late, 1].mean()
-    up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
-    crossing = run.t[late][up] - run.dt * x[up] / (x[up + 1] - x[up])
-    return 1 / np.diff(crossing).mean(), np.ptp(x) / 2
+    """Hertz and amplitude of theta2 - theta1 from `FROM` on."""
+    return hertz(run, FROM), swing(run, FROM)
 
 
-def run_with(design, imperfections, seconds=SECONDS, attitude=0.0):
+def swing(run, since=30.0):
+    """Half the peak to peak of theta2 - theta1, by default in the last 10 of 40 s."""
+    return float(np.ptp(run.angles[run.t >= since, 1]) / 2)
+
+
+def run_with(design, bench, seconds=SECONDS, attitude=0.0):
     start = [0.01, -0.01]
-    return simulate(
-        design.rig, design.controller, seconds, start, attitude, imperfections=imperfections
-    )
+    return pl.simulate(design.rig, design.controller, seconds, start, attitude, imperfections=bench)
 
 
 def soft_gear(rig):
-    return Imperfections(
-        filters=True, gap=gap(rig), contact_stiffness=STIFFNESS, contact_damping=0.0
-    )
+    contact = dict(contact_stiffness=STIFFNESS, contact_damping=0.0)
+    return pl.Imperfections(filters=True, gap=gap(rig), **contact)
 
 
-@on("double", who="your name")
-def exercise_1(function, rig=None):
+def exercise_1(function, rig):
     """The describing function of play."""
     yield not_callable(function, "your function N(a)")
     width = gap(rig)
@@ -69,7 +67,7 @@ def exercise_1(function, rig=None):
             yield "Inside the gap nothing touches: N is 0 there."
         if truth > 0:
             mistakes = _of_play(amplitude, width, truth)
-            yield compare(f"N at {times:g} times half the gap", found, truth, mistakes, 2e-3)
+            yield compare(f"N at {times:g} times half the gap", found, truth, mistakes, FUNCTION)
     return "Nothing inside the gap, and nearly the whole spring far outside."
 
 
@@ -81,8 +79,7 @@ def _of_play(amplitude, width, truth):
     yield truth / 2, half
 
 
-@on("double", who="your name")
-def exercise_2(function, rig=None):
+def exercise_2(function, rig):
     """What the gear feels of the rest, W(omega)."""
     yield not_callable(function, "your function W(omega)")
     omega = np.array([2.0, 10.0, 30.0, 80.0])
@@ -97,33 +94,26 @@ def exercise_2(function, rig=None):
     return FOUND_TOO
 
 
-@on("double", who="your name")
-def exercise_3(found, stability, rig=None):
+def exercise_3(found, stability, rig):
     """Frequency and amplitudes of the limit cycle, and whether motion returns to it."""
-    stiff = (
-        "Answer the task's question first: a little too large an amplitude, and what is N then? "
-        "Is the loop with such a gear damped or not?"
-    )
-    return all_right(
-        _predicted(found, rig), choose("stability", stability, "stable", {"unstable": stiff})
-    )
+    stiff = """Answer the task's question first: a little too large an amplitude, and what is N
+        then? Is the loop with such a gear damped or not?"""
+    returns = choose("stability", stability, "stable", {"unstable": stiff})
+    return all_right(_predicted(found, rig=rig), returns)
 
 
 @asks("predicted", apart=True, each=True)  # hertz and radians
 def _predicted(rig):
-    (cycle,) = limit_cycles(reference(rig), soft_gear(rig))
+    (cycle,) = pl.limit_cycles(reference(rig), soft_gear(rig))
     truth = np.array([cycle.hertz, *cycle.twists, *cycle.joints])
     yield truth, None
     yield truth * [2 * np.pi, 1, 1], "The first number should be in hertz."
-    third = (
-        "The third is the link's angle: its own transfer function times the torque N a, "
-        "not the twist."
-    )
-    yield [*truth[:2], truth[1]], third
+    third = """The third is the link's angle: its own transfer function times the torque N a, not
+        the twist."""
+    yield truth[[0, 1, 1]], third
 
 
-@on("double", who="your name")
-def exercise_4(answer, rig=None):
+def exercise_4(answer, rig):
     """Frequency and amplitude of the simulated cycle."""
     truth = np.array(measured(run_with(reference(rig), soft_gear(rig))))
     return _measured(array("measured", answer, (2,)) / truth)
@@ -138,8 +128,7 @@ def _measured(rig):
     yield [1, 1 / np.sqrt(2)], "Amplitude, not RMS."
 
 
-@on("double", who="your name")
-def exercise_5(design, attitude, rig=None):
+def exercise_5(design, attitude, rig):
     """A design and an attitude at which the real gear comes to rest."""
     yield wrong_design(design, rig)
     if abs(number("attitude", attitude)) > FURTHEST:
@@ -151,20 +140,13 @@ def exercise_5(design, attitude, rig=None):
     yield fallen(run, "With the gap")
     share = swing(run) / swing(run_with(reference(rig), hard_gear(rig), 40.0))
     if share > SMALLER:
-        yield (
-            f"theta2 - theta1 still swings with {share:.0%} of the reference's amplitude, "
-            f"{SMALLER:.0%} is asked for. Do the teeth still leave each other? Compare the torque "
-            "of gravity at the gear with what the controller adds."
-        )
+        yield f"""theta2 - theta1 still swings with {share:.0%} of the reference's amplitude,
+            {SMALLER:.0%} is asked for. Do the teeth still leave each other? Compare the torque of
+            gravity at the gear with what the controller adds."""
     return f"{share:.1%} of the reference's swing is left."
 
 
 def hard_gear(rig):
     """The bench's filters, limits, delay and gap, without dry friction and sensor errors."""
-    bench = bench_imperfections(rig)
+    bench = pl.bench_imperfections(rig)
     return replace(bench, gear_friction=0.0, offset=0.0, resolution=0.0, voltage_resolution=0.0)
-
-
-def swing(run):
-    """Half the peak to peak of theta2 - theta1 in the last 10 of 40 s."""
-    return float(np.ptp(run.angles[run.t > 30, 1]) / 2)

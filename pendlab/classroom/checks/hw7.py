@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from ..._arguments import found, number, whole
-from ...bench.simulation import simulate
-from ...parameters import Link
-from ...studies.controllability import controllability_measures, recoverable_tilt, with_bar
-from .acceptance import REAL, alike, before, fallen, no_design, unstable
-from .judging import Verdict, all_right, not_callable, on
+import pendlab as pl
 
+from ..._arguments import found, number, whole
+from .acceptance import REAL, alike, before, fallen, no_design, unstable
+from .judging import Verdict, all_right, not_callable
+
+RIG = dict(base="triple", who="your name")
 TUBE = 0.2  # kg/m
 LONGEST, HEAVIEST, WEIGHT = 1.5, 0.2, 0.5  # m, kg at each end, kg in all
 FLATTERED, HARDER = 0.9, 0.7  # of the bare ratio and tilt
@@ -24,18 +24,16 @@ def weigh(length, ends):
 
 
 def barred(rig, link, length, ends, height):
-    inertia, mass = weigh(length, ends)
-    return with_bar(rig, link, inertia, mass, height)
+    return pl.with_bar(rig, link, *weigh(length, ends), height)
 
 
-@on("triple", who="your name")
-def exercise_1(function, rig=None):
+def exercise_1(function, rig):
     """A function that puts a bar on a link."""
     yield not_callable(function, "your function carry(link, inertia, mass, height)")
     for i, link in enumerate(rig.links, 1):
         for bar in ((0.05, 0.0, 0.1), (0.05, 0.3, 0.0), (0.1, 0.5, link.com), (0.02, 0.2, 0.25)):
-            truth, made = with_bar(rig, i, *bar).links[i - 1], function(link, *bar)
-            if not isinstance(made, Link):
+            truth, made = pl.with_bar(rig, i, *bar).links[i - 1], function(link, *bar)
+            if not isinstance(made, pl.Link):
                 yield f"carry must return a pl.Link, {found(made)}."
             for name in ("mass", "com", "inertia", "length", "friction"):
                 if not np.isclose(getattr(made, name), getattr(truth, name), rtol=1e-6):
@@ -45,24 +43,23 @@ def exercise_1(function, rig=None):
 
 def _carry_hint(name, made, link, bar):
     inertia, mass, height = bar
-    if name == "inertia":
-        near = link.inertia + inertia
-        if np.isclose(made.inertia, near):
-            return "The two centres are apart: each part adds mass times distance squared."
-        about_old = near + mass * (height - link.com) ** 2
-        if np.isclose(made.inertia, about_old) and mass:
-            return "Distances count from the *new* centre of mass, which has moved for both parts."
+    near = link.inertia + inertia
+    about_old = near + mass * (height - link.com) ** 2
+    if name == "inertia" and np.isclose(made.inertia, near):
+        return "The two centres are apart: each part adds mass times distance squared."
+    if name == "inertia" and np.isclose(made.inertia, about_old) and mass:
+        return "Distances count from the *new* centre of mass, which has moved for both parts."
     if name == "com":
         return "The centre of mass is the mean of both, weighted by mass."
-    return f"{name} is not what follows for a bar of {mass:g} kg at {height:.3g} m; it should " + (
-        "stay as it was." if name in ("length", "friction") else "be computed from both parts."
-    )
+    kept = name in ("length", "friction")
+    wanted = "stay as it was" if kept else "be computed from both parts"
+    return f"""{name} is not what follows for a bar of {mass:g} kg at {height:.3g} m; it should
+        {wanted}."""
 
 
-@on("triple", who="your name")
-def exercise_2(by_ratio, by_tilt, rig=None):
+def exercise_2(by_ratio, by_tilt, rig):
     """On which link a bar of EXAMPLE helps most, by Furuta's ratio and by the recoverable tilt."""
-    measures = [controllability_measures(with_bar(rig, link, EXAMPLE)) for link in (1, 2, 3)]
+    measures = [pl.controllability_measures(pl.with_bar(rig, link, EXAMPLE)) for link in (1, 2, 3)]
 
     def verdict(name, answer, values, better):
         if answer == 1 + int(np.argmin(values)):
@@ -76,76 +73,59 @@ def exercise_2(by_ratio, by_tilt, rig=None):
     )
 
 
-@on("triple", who="your name")
-def exercise_3(link, inertia, rig=None):
+def exercise_3(link, inertia, rig):
     """A bar that flatters the ratio and makes the pendulum harder to catch."""
-    rigs = rig, with_bar(rig, whole("link", link, least=1), number("inertia", inertia, above=0))
-    bare, made = map(controllability_measures, rigs)
+    link, inertia = whole("link", link, least=1), number("inertia", inertia, above=0)
+    rigs = rig, pl.with_bar(rig, link, inertia)
+    bare, made = map(pl.controllability_measures, rigs)
     ratio, tilt = made.ratio / bare.ratio, made.tilt / bare.tilt
     if ratio > FLATTERED:
         yield f"The ratio is {ratio:.2f} of the bare one; {FLATTERED:g} or less is asked."
     if tilt > HARDER:
-        yield (
-            f"The ratio falls, but the tilt is {tilt:.2f} of the bare one, {HARDER:g} or less is "
-            f"asked: {'this bar does help' if tilt > 1 else 'not the right amount of it'}."
-        )
+        so = "this bar does help" if tilt > 1 else "not the right amount of it"
+        yield f"""The ratio falls, but the tilt is {tilt:.2f} of the bare one, {HARDER:g} or less is
+            asked: {so}."""
     return f"Ratio {ratio:.2f}, tilt {tilt:.2f} of the bare pendulum's."
 
 
-@on("triple", who="your name")
-def exercise_4(bar, rig=None):
+def exercise_4(bar, rig):
     """A bar from the kit that lets more tilt be caught."""
-    yield wrong_bar(bar, rig)
-    gain = recoverable_tilt(barred(rig, *bar)) / recoverable_tilt(rig)
+    if not isinstance(bar, (tuple, list)) or len(bar) != 4:
+        yield "Expected the four numbers (link, length, ends, height)."
+    link, length, ends, _ = bar
+    link = whole("link", link, least=1)
+    if link > rig.n_links:
+        yield f"There are links 1 to {rig.n_links}, found {link}."
+    limits = (LONGEST, HEAVIEST, rig.links[link - 1].length)
+    for name, value, most in zip(("length", "ends", "height"), bar[1:], limits):
+        if number(name, value, least=0) > most:
+            yield f"The {name} may be {most:.4g} at most, yours is {value:.4g}."
+    _, mass = weigh(length, ends)
+    if mass > WEIGHT + 1e-9:
+        yield f"""This bar weighs {mass:.2f} kg, {WEIGHT:g} kg is the most: does a kilogram do more
+            in the tube or at its ends?"""
+    gain = pl.recoverable_tilt(barred(rig, *bar)) / pl.recoverable_tilt(rig)
     if gain < BETTER:
-        yield (
-            f"With this bar the recoverable tilt is {gain:.2f} times the bare one, {BETTER:g} is "
-            "asked for. Inertia helps, weight high up hurts: what gives inertia for little "
-            "weight, and where does weight hurt least?"
-        )
+        yield f"""With this bar the recoverable tilt is {gain:.2f} times the bare one, {BETTER:g} is
+            asked for. Inertia helps, weight high up hurts: what gives inertia for little weight,
+            and where does weight hurt least?"""
     return "A bar that is worth its weight."
 
 
-def wrong_bar(bar, rig):
-    if not isinstance(bar, (tuple, list)) or len(bar) != 4:
-        return "Expected the four numbers (link, length, ends, height)."
-    link, length, ends, height = bar
-    link = whole("link", link, least=1)
-    if link > rig.n_links:
-        return f"There are links 1 to {rig.n_links}, found {link}."
-    for name, value, most in (
-        ("length", length, LONGEST),
-        ("ends", ends, HEAVIEST),
-        ("height", height, rig.links[link - 1].length),
-    ):
-        if number(name, value, least=0) > most:
-            return f"The {name} may be {most:.4g} at most, yours is {value:.4g}."
-    _, mass = weigh(length, ends)
-    if mass > WEIGHT + 1e-9:
-        return (
-            f"This bar weighs {mass:.2f} kg, {WEIGHT:g} kg is the most: does a kilogram do more in "
-            "the tube or at its ends?"
-        )
-    return None
-
-
-@on("triple", who="your name")
-def exercise_5(bar, design, rig=None):
+def exercise_5(bar, design, rig):
     """A design that catches the pendulum with its bar."""
-    yield before("The bar", "task 4", exercise_4(bar, rig=rig))
+    yield before("The bar", "task 4", exercise_4(bar, rig))
     yield no_design(design)
     if not alike(design.rig, barred(rig, *bar)):
         yield "The design belongs to another rig; make it for barred(rig, *bar)."
     yield unstable(design.filtered_loop)
-    lean = CLOSE * recoverable_tilt(design.rig)
-    run = simulate(design.rig, design.controller, 8, [lean, 0, 0], imperfections=REAL)
+    lean = CLOSE * pl.recoverable_tilt(design.rig)
+    run = pl.simulate(design.rig, design.controller, 8, [lean, 0, 0], imperfections=REAL)
     if run.fell:
-        yield (
-            f"{fallen(run, f'Let go at {lean:.3f} rad')} Which motor is at its "
-            "limit just before, and does it push the right way there?"
-        )
+        yield f"""{fallen(run, f"Let go at {lean:.3f} rad")} Which motor is at its limit just
+            before, and does it push the right way there?"""
     left = np.abs(run.angles[run.t > 7]).max()
     if left > CAUGHT:
         yield f"It stays up, but still swings by {left:.2f} rad in the eighth second."
-    times = lean / recoverable_tilt(rig)
+    times = lean / pl.recoverable_tilt(rig)
     return f"Caught from {lean:.3f} rad, {times:.2f} times the bare recoverable tilt."

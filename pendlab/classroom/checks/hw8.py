@@ -3,14 +3,14 @@
 import numpy as np
 from scipy.optimize import fsolve
 
-from ..._arguments import array
-from ...bench.simulation import simulate
-from ...gain import unmoved_modes
-from ...models import linearize, nonlinear
-from ...sampled import add_integrator, sample
-from .acceptance import REAL, fallen, small_margins, unstable, wrong_design
-from .judging import all_right, asks, on
+import pendlab as pl
 
+from ..._arguments import array
+from ...gain import unmoved_modes
+from .acceptance import REAL, fallen, small_margins, unstable, wrong_design
+from .judging import asks
+
+RIG = dict(base="triple", who="your name")
 POSE = (0.1, -0.1)  # rad, theta2 - theta1 and theta3 - theta2
 STEPS = ((0.1, 0.0), (0.0, 0.1), (0.1, -0.1))
 BAND, SECONDS, CROSSTALK, MARGIN = 0.01, 2.0, 0.0115, 0.45
@@ -20,45 +20,36 @@ FOLLOWS = 0.01
 BOW = (0.6, 0.5)
 
 
-@on("triple", who="your name")
-def exercise_1(x, u, rig=None):
+def exercise_1(x, u, rig):
     """Equilibrium of the linear model with the two upper hinges bent."""
-    x = np.concatenate([x, np.zeros(3)]) if np.shape(x) == (3,) else x
-    return all_right(_at_rest(x, rig), _held(u, rig))
+    return _at_rest(np.append(x, np.zeros(3)) if np.shape(x) == (3,) else x, u, rig=rig)
 
 
-@asks("x")
+@asks("x", "u")
 def _at_rest(rig):
-    x, _ = equilibrium(linearize(rig), POSE)
+    x, u = equilibrium(pl.linearize(rig), POSE)
     yield x, None
-    upright = (
-        "With link 1 upright the centre of mass is not above the lowest hinge, and no motor holds "
-        "that hinge."
-    )
+    upright = """With link 1 upright the centre of mass is not above the lowest hinge, and no motor
+        holds that hinge."""
     yield [0, *POSE, 0, 0, 0], upright
     yield [*np.cumsum(x[:3]), 0, 0, 0], "Those are absolute angles; the state holds relative ones."
-
-
-@asks("u")
-def _held(rig):
-    yield equilibrium(linearize(rig), POSE)[1], None
+    yield "u"
+    yield u, None
 
 
 def equilibrium(plant, pose):
     """x and u with A x + B u = 0 and the two upper relative angles as asked."""
     n, m = plant.nstates, plant.ninputs
-    select = np.eye(n)[[1, 2]]
-    left = np.block([[plant.A, plant.B], [select, np.zeros((2, m))]])
+    left = np.block([[plant.A, plant.B], [np.eye(n)[[1, 2]], np.zeros((2, m))]])
     both = np.linalg.lstsq(left, np.concatenate([np.zeros(n), pose]), rcond=None)[0]
     return both[:n], both[n:]
 
 
-@on("triple", who="your name")
-def exercise_2(possible, rig=None):
+def exercise_2(possible, rig):
     """Which sets of tracked outputs can be held: as a list of tuples."""
-    model = sample(linearize(rig), 0.01)
+    model = pl.sample(pl.linearize(rig), 0.01)
     candidates = [(0,), (1,), (2,), (3,), (0, 1), (0, 2), (1, 2), (1, 3), (0, 1, 2)]
-    truth = {pair for pair in candidates if _held_by_feedback(add_integrator(model, list(pair)))}
+    truth = {tracked for tracked in candidates if _can_be_held(model, tracked)}
     try:
         found = {tuple(sorted(int(i) for i in np.atleast_1d(entry))) for entry in possible}
     except (TypeError, ValueError):
@@ -66,45 +57,38 @@ def exercise_2(possible, rig=None):
     for wrong in sorted(found - set(candidates)):
         yield f"{wrong} was not among the candidates."
     for wrong in sorted(found - truth):
-        reason = (
-            "a rate that is to stay at a value other than 0 never lets the pendulum rest"
-            if 3 in wrong
-            else "count what the motors can hold, and what gravity decides"
-        )
-        yield f"{wrong} cannot be held: {reason}."
+        rate = "a rate that is to stay at a value other than 0 never lets the pendulum rest"
+        angles = "count what the motors can hold, and what gravity decides"
+        yield f"{wrong} cannot be held: {rate if 3 in wrong else angles}."
     if truth - found:
         yield f"{len(truth - found)} more of the candidates can be held."
     return "Two motors hold two angles, any two; gravity decides the third."
 
 
-def _held_by_feedback(model):
+def _can_be_held(model, tracked):
     """Whether no mode on or outside the unit circle is out of the motors' reach."""
+    model = pl.add_integrator(model, tracked)
     return not len(unmoved_modes(model.A, model.B, lambda z: abs(z) > 1 - 1e-6))
 
 
-@on("triple", who="your name")
-def exercise_3(design, rig=None):
+def exercise_3(design, rig):
     """Weights with which both attitudes are quick and leave each other alone."""
     yield _linear_shortfall(design, rig)
     for step in STEPS:
         rows = np.tile(step, (round(15 / design.dt) + 1, 1))
-        run = simulate(rig, design.controller, 15, reference=rows, imperfections=REAL)
+        run = pl.simulate(rig, design.controller, 15, reference=rows, imperfections=REAL)
         yield fallen(run, f"On the way to {step} rad")
         error = np.abs(run.angles[:, 1:] - step)
         late = error[run.t > SECONDS].max()
         if late > BAND:
-            yield (
-                f"On the way to {step} rad one of the attitudes is still {late:.3f} rad off "
-                f"after {SECONDS:g} s; {BAND:g} is asked for. What in Q speaks about the "
-                "integrators?"
-            )
+            yield f"""On the way to {step} rad one of the attitudes is still {late:.3f} rad off
+                after {SECONDS:g} s; {BAND:g} is asked for. What in Q speaks about the
+                integrators?"""
         other = max((error[:, i].max() for i in (0, 1) if step[i] == 0.0), default=0)
         if other > CROSSTALK:
-            yield (
-                f"At {step} rad the attitude that should stay moves by {other:.4f} rad, "
-                f"{CROSSTALK:g} is allowed: the step hits both motors at once. Which weights "
-                "hold the other one firmer?"
-            )
+            yield f"""At {step} rad the attitude that should stay moves by {other:.4f} rad,
+                {CROSSTALK:g} is allowed: the step hits both motors at once. Which weights hold the
+                other one firmer?"""
     return "Both attitudes, quick and apart."
 
 
@@ -115,11 +99,10 @@ def _linear_shortfall(design, rig):
     return wrong or unstable(design.filtered_loop) or small_margins(design, (MARGIN, MARGIN))
 
 
-@on("triple", who="your name")
-def exercise_4(pose, rig=None):
+def exercise_4(pose, rig):
     """Straight forward: the equilibrium of the nonlinear model for a deep bow."""
     pose = array("pose", pose)
-    return _pose(pose[:3] if pose.shape == (6,) else pose, rig)
+    return _pose(pose[:3] if pose.shape == (6,) else pose, rig=rig)
 
 
 @asks("pose", tolerance=2e-3)
@@ -127,12 +110,12 @@ def _pose(rig):
     yield bow(rig), "The linear model would lean a little further: its sines never bend."
     yield np.cumsum(bow(rig)), "Those are absolute angles; relative ones are asked for."
     linear = "That is the linear model's answer; at such angles sines are no longer straight lines."
-    yield equilibrium(linearize(rig), BOW)[0][:3], linear
+    yield equilibrium(pl.linearize(rig), BOW)[0][:3], linear
 
 
 def bow(rig):
     """Relative angles at rest with the upper two bent by BOW: no torque about the free hinge."""
-    f = nonlinear(rig)
+    f = pl.nonlinear(rig)
 
     def rates(unknown):
         theta1, *u = unknown
@@ -146,20 +129,17 @@ def wave(t):
     return SWING * np.column_stack([np.sin(angle), np.cos(angle) - 1])
 
 
-@on("triple", who="your name")
-def exercise_5(design, reference, rig=None):
+def exercise_5(design, reference, rig):
     """Follow a wave: error of both attitudes, with a reference of the student's own making."""
     yield _linear_shortfall(design, rig)
     t = design.dt * np.arange(round(LENGTH / design.dt) + 1)
     rows = array("reference", reference, (len(t), 2))
-    run = simulate(rig, design.controller, LENGTH, reference=rows, imperfections=REAL)
+    run = pl.simulate(rig, design.controller, LENGTH, reference=rows, imperfections=REAL)
     if run.fell:
         yield f"It falls after {run.fell_at:.2f} s."
     error = np.abs(run.angles[:, 1:] - wave(t))[t > PERIOD].max()
     if error > FOLLOWS:
-        yield (
-            f"In the second round the attitudes are up to {error:.3f} rad off the wave, "
-            f"{FOLLOWS:g} is asked for. They come late and with another amplitude: does your "
-            "reference undo both?"
-        )
+        yield f"""In the second round the attitudes are up to {error:.3f} rad off the wave,
+            {FOLLOWS:g} is asked for. They come late: either a faster loop, or a reference that is
+            early."""
     return "It dances in time."

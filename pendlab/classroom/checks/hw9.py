@@ -4,18 +4,13 @@ from itertools import chain
 
 import numpy as np
 
-from ...bench.gearbox import bench_start
-from ...bench.simulation import simulate
-from ...controllers import Controller
-from ...loop import margins, open_loop
-from ...models import linearize, with_filters
-from ...paper.designs import paper_design
-from ...sampled import sample
-from ..contest import contest, play, points, rounds
-from ..own_rig import my_rig
-from .acceptance import fallen, first_state, remembers_in_self
-from .judging import Verdict, all_right, compare, judged, not_callable, on
+import pendlab as pl
 
+from ..contest import contest, play, points, rounds
+from .acceptance import fallen, first_state, remembers_in_self
+from .judging import compare, not_callable
+
+RIG = dict(base="double")
 REST = 0.005  # rad
 BALANCED, SETTLED = 5.0, 4.0  # s
 # Points above the paper's controller, and on other pendulums in the rounds that it survives.
@@ -24,30 +19,25 @@ OTHERS = ("first neighbour", "second neighbour", "third neighbour")
 
 
 def papers(rig):
-    return paper_design("double").controller
+    return pl.paper_design("double").controller
 
 
-@on("double")
-def exercise_1(make, rig=None):
+def exercise_1(make, rig):
     """The smallest controller: the interface, a correction, and five seconds on the ideal rig."""
     yield not_callable(make, "your class")
     y = np.array([0.01, -0.02, 0.0])
     yield remembers_in_self(make(rig), np.array([*y[:2], 0.0, 0.0]), y, 1)
-    run = simulate(rig, make(rig), BALANCED, initial=bench_start(rig))
+    run = pl.simulate(rig, make(rig), BALANCED, initial=pl.bench_start(rig))
     if run.fell:
         late = "sign of u = -F x?" if run.fell_at < 1 else "rates: are they in rad/s?"
         yield f"{fallen(run, 'Without imperfections')} Check the {late}"
     left = np.abs(run.angles[run.t > SETTLED]).max()
     if left > REST:
-        yield (
-            f"It stays up, but after {SETTLED:g} s is still {left:.3f} rad away; {REST:g} is asked "
-            "for. Which weights bring back the slow lean of the whole pendulum?"
-        )
+        yield f"""It stays up, but after {SETTLED:g} s is still {left:.3f} rad away; {REST:g} is
+            asked for. Which weights bring back the slow lean of the whole pendulum?"""
     if _never_corrects(make(rig), rig):
-        yield (
-            "It balances because the model of the ideal rig is perfect: your fourth rate is the "
-            "model's alone. Let the reading of theta2 - theta1 correct it."
-        )
+        yield """It balances because the model of the ideal rig is perfect: your fourth rate is the
+            model's alone. Let the reading of theta2 - theta1 correct it."""
     return "The bench takes it."
 
 
@@ -57,7 +47,7 @@ def _never_corrects(controller, rig, step=1e-4):
     The reading of theta2 - theta1 jumps at the second sample and stays. Without a correction the
     voltages there and after one more sample give away F, and with it the next voltage.
     """
-    model, y = sample(linearize(rig), controller.dt), step * np.array([0.0, 1.0, 0.0])
+    model, y = pl.sample(pl.linearize(rig), controller.dt), step * np.array([0.0, 1.0, 0.0])
     _, state = controller.step(first_state(controller, np.zeros(4)), 0 * y, 0.0)
     volts = []
     for _ in range(3):
@@ -70,15 +60,14 @@ def _never_corrects(controller, rig, step=1e-4):
     return bool(np.isclose(volts[2], foretold, rtol=1e-6, atol=0))
 
 
-@on("double")
-def exercise_2(function, rig=None):
+def exercise_2(function, rig):
     """The formula of the score, on runs that stand and on one that falls."""
     yield not_callable(function, "your function points(run)")
     tasks, controller = rounds(rig), papers(rig)
     runs = {
         "the first round": play(controller, rig, tasks[0]),
         "the last round": play(controller, rig, tasks[-1]),
-        "a run that falls": simulate(rig, controller, 8.0, initial=[0.6, 0.3]),
+        "a run that falls": pl.simulate(rig, controller, 8.0, initial=[0.6, 0.3]),
     }
     for name, run in runs.items():
         yield compare(f"points of {name}", function(run), points(run), _formulas(run), 1e-6)
@@ -95,7 +84,6 @@ def _formulas(run):
     yield 50 + 50 / (1 + np.std(run.angles) / 0.05 + volts / run.rig.u_max[0]), constant
 
 
-@on("double")
 def exercise_3(make, season=1, rig=None):
     """The contest: so many points above the paper's controller."""
     yield not_callable(make, "your class")
@@ -105,27 +93,17 @@ def exercise_3(make, season=1, rig=None):
     if score.total < needed:
         falls = f" It falls in {score.falls} of 8 rounds." if score.falls else ""
         worst = int(np.argmin([entry.points for entry in score.rounds]))
-        yield (
-            f"Your score is {score.total:.1f}, {needed:.1f} is asked for.{falls} The worst round "
-            f"is number {worst + 1}: look at its run, and at whether angles or volts cost more "
-            "there."
-        )
+        yield f"""Your score is {score.total:.1f}, {needed:.1f} is asked for.{falls} The worst round
+            is number {worst + 1}: look at its run, and at whether angles or volts cost more
+            there."""
     return f"Your score is about {score.total:.0f}."
 
 
-@on("double")
 def exercise_4(make, season=1, least_margin=None, rig=None):
     """Robust: on pendulums that the controller is not told about, in the season after."""
-    if not callable(make):
-        return Verdict(False, not_callable(make, "your class"))
-    parts = _margin(least_margin, make(rig), rig), _holds_elsewhere(make, season + 1, rig=rig)
-    return all_right(*(part for part in parts if part is not None))
-
-
-@judged
-def _holds_elsewhere(make, season, rig):
-    """Falls no more often than the paper's controller, and is ahead where that one stands."""
-    neighbours = [dict(rig=rig, season=season, plant=my_rig(who)) for who in OTHERS]
+    yield not_callable(make, "your class")
+    yield _wrong_margin(least_margin, make(rig), rig)
+    neighbours = [dict(rig=rig, season=season + 1, plant=pl.my_rig(who)) for who in OTHERS]
     mine, theirs = (
         [contest(one, **neighbour) for neighbour in neighbours] for one in (make, papers)
     )
@@ -134,35 +112,29 @@ def _holds_elsewhere(make, season, rig):
             yield f"On a neighbour's pendulum: {score.reason}"
     falls, allowed = (sum(score.falls for score in scores) for scores in (mine, theirs))
     if falls > allowed:
-        yield (
-            f"On the neighbours' pendulums it falls in {falls} of {8 * len(mine)} rounds, more "
-            "often than the paper's controller. How large is your modulus margin with filters, and "
-            "what does a hard push do to your voltage?"
-        )
-    pairs = chain(*(zip(m.rounds, t.rounds) for m, t in zip(mine, theirs)))
-    ahead = np.mean([m.points - t.points for m, t in pairs if t.fell_at is None])
+        yield f"""On the neighbours' pendulums it falls in {falls} of {8 * len(mine)} rounds, more
+            often than the paper's controller. How large is your modulus margin with filters, and
+            what does a hard push do to your voltage?"""
+    ahead = np.mean([m.total for m in mine]) - np.mean([t.total for t in theirs])
     if ahead < STRANGERS:
-        yield (
-            f"On the neighbours' pendulums, where the paper's controller stands, yours is "
-            f"{ahead:+.1f} points from it, {STRANGERS:+.0f} is asked for: what in it knows one "
-            "pendulum or one season by heart?"
-        )
+        yield f"""On the neighbours' pendulums it is {ahead:+.1f} points from the paper's,
+            {STRANGERS:+.0f} is asked for: what in it knows one pendulum or one season by heart?"""
     return "It holds for pendulums and pushes that it had not seen."
 
 
 def _margin(answer, controller, rig):
     """A verdict on the modulus margin with filters of the package's controller inside, if any."""
-    inside = [part for part in vars(controller).values() if isinstance(part, Controller)]
-    inside = [controller] if isinstance(controller, Controller) else inside
+    inside = [
+        part for part in (controller, *vars(controller).values()) if isinstance(part, pl.Controller)
+    ]
     if not inside:
         return None  # all of it is the student's own: only they know what is linear in it
     if answer is None:
-        why = "Your class wraps a controller of the package: least_margin is its modulus margin."
-        return Verdict(False, why)
-    ideal = linearize(rig)
+        return "Your class wraps a controller of the package: least_margin is its modulus margin."
+    ideal = pl.linearize(rig)
     real, without = (
-        margins(open_loop(inside[0], sample(plant, controller.dt)))
-        for plant in (with_filters(ideal, rig.filters), ideal)
+        pl.margins(pl.open_loop(inside[0], pl.sample(plant, controller.dt)))
+        for plant in (pl.with_filters(ideal, rig.filters), ideal)
     )
     mistakes = [
         (without.modulus, "That is without filters; put them in."),

@@ -4,11 +4,10 @@ import numpy as np
 from scipy.linalg import expm
 from scipy.optimize import brentq
 
+import pendlab as pl
+
 from ..._arguments import array
-from ...models import linearize, nonlinear
-from ...parameters import load
-from ...sampled import sample
-from .judging import all_right, asks, on
+from .judging import asks, on
 from .nb00 import growth
 
 SAMPLES = 0.02  # s, two samples of 10 ms
@@ -17,56 +16,38 @@ CONTINUOUS = "{} belongs to the continuous model; the sampled one is asked for."
 HALF = "{} is still that of one sample of 10 ms."
 
 
-@on("double", own="'02.1', rotor, share, rig=own")
-def exercise_1(rotor=None, share=None, rig=None):
+@asks("rotor", "share", base="double", own="'02.1', rotor, share, rig=own")
+def exercise_1(rig):
     """Inertia of the bare rotor, kg m^2, and the reflected one over J2."""
-    return all_right(_rotor(rotor, rig), _share(share, rig))
-
-
-@asks("rotor")
-def _rotor(rig):
-    motor = rig.motors[0]
-    yield motor.inertia / motor.ratio**2, None
-    yield motor.inertia, "That is the reflected inertia; the bare rotor's is smaller."
-    yield motor.inertia / motor.ratio, "Energy goes with the square of the rate, so not k."
-    faster = "The rotor turns faster than the shaft: is it the reflected inertia that is larger?"
-    yield motor.inertia * motor.ratio**2, faster
-
-
-@asks("share")
-def _share(rig):
     motor, (lower, upper) = rig.motors[0], rig.links
-    hinge = upper.inertia + upper.mass * upper.com**2
+    reflected, bare = motor.inertia, motor.inertia / motor.ratio**2
+    hinge, lower_hinge = (link.inertia + link.mass * link.com**2 for link in (upper, lower))
+    yield bare, None
+    yield reflected, "That is the reflected inertia; the bare rotor's is smaller."
+    yield reflected / motor.ratio, "Energy goes with the square of the rate, so not k."
+    faster = "The rotor turns faster than the shaft: is it the reflected inertia that is larger?"
+    yield reflected * motor.ratio**2, faster
+
+    yield "share"
     praise = "Small, but it spins fast: at the hinge it weighs like a good part of the link."
-    yield motor.inertia / hinge, praise
+    yield reflected / hinge, praise
     centre = "That is about link 2's centre of mass; J2 is about its hinge."
-    yield motor.inertia / upper.inertia, centre
+    yield reflected / upper.inertia, centre
     term = "J2 has a second term, the link's own inertia."
-    yield motor.inertia / (upper.mass * upper.com**2), term
-    lower_hinge = lower.inertia + lower.mass * lower.com**2
-    yield motor.inertia / lower_hinge, "That is link 1; link 2 is `links[1]`."
-    bare = "That is the bare rotor; at the hinge its reflected inertia counts."
-    yield motor.inertia / motor.ratio**2 / hinge, bare
-    yield (
-        motor.inertia / (motor.inertia + hinge),
-        "That is the share of the sum; divide by J2 alone.",
-    )
+    yield reflected / (upper.mass * upper.com**2), term
+    yield reflected / lower_hinge, "That is link 1; link 2 is `links[1]`."
+    yield bare / hinge, "That is the bare rotor; at the hinge its reflected inertia counts."
+    yield reflected / (reflected + hinge), "That is the share of the sum; divide by J2 alone."
 
 
-def exercise_2(t_double=None, t_triple=None, rig=None):
+@asks("t_double", "t_triple", tolerance=1e-2)  # two digits
+def exercise_2(rig):
     """Time in which the fastest unstable mode grows from 0.01 to 0.3 rad, double and triple, s."""
-    return all_right(_t_double(t_double), _t_triple(t_triple))
-
-
-@asks("t_double", tolerance=1e-2)  # two digits
-def _t_double(rig):
-    return _fall(growth(load("double")), growth(load("triple")), None)
-
-
-@asks("t_triple", tolerance=1e-2)
-def _t_triple(rig):
+    double, triple = (growth(pl.load(name)) for name in ("double", "triple"))
+    yield from _fall(double, triple, None)
+    yield "t_triple"
     praise = "Less than a second: the whole time in which a controller can do something."
-    return _fall(growth(load("triple")), growth(load("double")), praise)
+    yield from _fall(triple, double, praise)
 
 
 def _fall(growth, other, praise):
@@ -76,8 +57,7 @@ def _fall(growth, other, praise):
     for slower in growth[1:]:
         yield np.log(ratio) / slower, "That is a slower way to fall; take the largest eigenvalue."
     for logarithm in (np.log10, np.log2):
-        base = "The exponential has base e: take the natural logarithm."
-        yield logarithm(ratio) / fast, base
+        yield logarithm(ratio) / fast, "The exponential has base e: take the natural logarithm."
     yield 1 / fast, "That is the time for a factor e; here the factor is 0.3 / 0.01."
     yield np.log(2) / fast, "That is the time for a factor 2; here the factor is 0.3 / 0.01."
     yield np.log(LEANS[1]) / -fast, "Growth starts at 0.01 rad, not at 1 rad."
@@ -89,12 +69,12 @@ def _fall(growth, other, praise):
 @on("double")
 def exercise_3(bend_5, rig=None):
     """Bending angle at which the double's linear acceleration is 5 % wrong, rad."""
-    return _bend_5(np.abs(array("bend_5", bend_5)), rig)  # bent either way, by symmetry
+    return _bend_5(np.abs(array("bend_5", bend_5)), rig=rig)  # bent either way, by symmetry
 
 
 @asks("bend_5", tolerance=2e-2)  # two digits
 def _bend_5(rig):
-    A, f = linearize(rig).A, nonlinear(rig)
+    A, f = pl.linearize(rig).A, pl.nonlinear(rig)
 
     def where(share=0.05, shape=(0, 1), relative_to=1, entries=slice(None)):
         def error(angle):
@@ -115,8 +95,7 @@ def _bend_5(rig):
     yield where(0.5), "That is 50 %."
 
 
-@on("double")
-@asks("f_in")
+@asks("f_in", base="double")
 def exercise_4(rig):
     """Cut-off of an input filter that makes both filters' delay two samples, Hz."""
     own, output = rig.filters.input_hz[0], rig.filters.output_hz[0]
@@ -137,36 +116,24 @@ def exercise_4(rig):
     yield output, "That is the output filter."
 
 
-@on("double")
-def exercise_5(A_20=None, B_20=None, rig=None):
+@asks("A_20", "B_20", base="double", tolerance=5e-4)  # four digits
+def exercise_5(rig):
     """The double sampled every 20 ms."""
-    return all_right(_A_20(A_20, rig), _B_20(B_20, rig))
-
-
-@asks("A_20", tolerance=5e-4)  # four digits
-def _A_20(rig):
-    plant = linearize(rig)
-    A = sample(plant, SAMPLES / 2).A
-    yield sample(plant, SAMPLES).A, None
+    plant = pl.linearize(rig)
+    once, twice = pl.sample(plant, SAMPLES / 2), pl.sample(plant, SAMPLES)
+    A, B = once.A, once.B
+    yield twice.A, None
     yield A, HALF.format("A_20")
     yield 2 * A, "Two steps one after the other multiply; they do not add."
     yield A * A, "`*` multiplies entry by entry; matrices multiply with `@`."
     yield plant.A, CONTINUOUS.format("A_20")
-    euler = np.eye(len(A)) + SAMPLES * plant.A
-    yield euler, "That is Euler's step, true for short times only."
+    yield np.eye(4) + SAMPLES * plant.A, "That is Euler's step, true for short times only."
     yield expm(plant.A * 20), "20 ms are 0.020 s."
 
-
-@asks("B_20", tolerance=5e-4)
-def _B_20(rig):
-    plant = linearize(rig)
-    once = sample(plant, SAMPLES / 2)
-    A, B = once.A, once.B
-    praise = "No exponential needed: the sampled model knows all about its own samples."
-    yield sample(plant, SAMPLES).B, praise
+    yield "B_20"
+    yield twice.B, "No exponential needed: the sampled model knows all about its own samples."
     yield B, HALF.format("B_20")
-    moves = "What the first sample did moves on during the second one: it is multiplied."
-    yield 2 * B, moves
+    yield 2 * B, "What the first sample did moves on during the second one: it is multiplied."
     yield A @ B, "That is the first sample's share; the second sample adds its own."
     yield A @ A @ B, "u acts from the first sample on; count the steps after it."
     yield plant.B, CONTINUOUS.format("B_20")
@@ -174,8 +141,7 @@ def _B_20(rig):
     yield A @ A @ B + A @ B, late
 
 
-@on("triple")
-@asks("volts", tolerance=1e-2)  # two digits
+@asks("volts", base="triple", tolerance=1e-2)  # two digits
 def exercise_6(rig):
     """Limit at which motor 1 alone catches what both catch at their limits, V."""
     limits = np.array(rig.u_max)
@@ -186,13 +152,12 @@ def exercise_6(rig):
     yield truth - limits[0], "That is how much has to be added; give the whole limit."
     yield limits[1] * together[0] / upper[0], "That is motor 2 alone."
     yield limits[0] * together[2] / middle[2], "That is for the last angle; take theta1."
-    apart = "Volts of different motors do not add up: they bend different hinges."
-    yield limits.sum(), apart
+    yield limits.sum(), "Volts of different motors do not add up: they bend different hinges."
 
 
 def _largest_lean(rig, motors):
     """Largest value of each angle alone, at rest, that the motors can still catch, rad."""
-    plant, limits = linearize(rig), np.array(rig.u_max)[motors]
+    plant, limits = pl.linearize(rig), np.array(rig.u_max)[motors]
     s, V = np.linalg.eig(plant.A)
     falling = s.real > 0
     left = np.linalg.inv(V).real[falling]

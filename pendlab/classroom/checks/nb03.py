@@ -1,16 +1,15 @@
 """Checks of notebook 03: observers with H = 0, how many, how good, and when there is none."""
 
 from functools import lru_cache
+from itertools import combinations
 
 import control
 import numpy as np
 
+import pendlab as pl
+
 from ..._arguments import array, number
-from ...models import linearize
-from ...observers import observer_family
-from ...parameters import load
-from ...sampled import align, sample
-from .judging import Verdict, all_right, asks, judged, on
+from .judging import all_right, asks, verdict
 
 TS = 0.01
 POLES, ZERO = (1.1, 1.5), 1.2
@@ -22,56 +21,50 @@ def exercise_1(T_dead=None, K_dead=None, rig=None):
     T, K = np.atleast_2d(array("T_dead", T_dead)), np.atleast_2d(array("K_dead", K_dead))
     for name, answer, shape in (("T_dead", T, (1, 3)), ("K_dead", K, (1, 2))):
         if answer.shape != shape:
-            return Verdict(False, f"{name} should have shape {shape}, yours has {answer.shape}.")
+            yield f"{name} should have shape {shape}, yours has {answer.shape}."
     scale = T[0, 2]
     if scale == 0:
-        return Verdict(False, "t3 = 0: then v holds nothing of the speed x3. Take t3 = 1.")
+        yield "t3 = 0: then v holds nothing of the speed x3. Take t3 = 1."
     if abs(T[0, 1] + scale) > 1e-6 * abs(scale):
-        return Verdict(False, "TB = t2 + t3 is not zero: this observer has to know u.")
-    verdict = all_right(_T_dead(T / scale), _K_dead(K / scale))
-    if verdict and abs(scale - 1) > 1e-6:
-        return Verdict(
-            False, "A deadbeat observer, but in another scale: take t3 = 1, and K with it."
-        )
-    return verdict
+        yield "TB = t2 + t3 is not zero: this observer has to know u."
+    yield _deadbeat(T / scale, K / scale)
+    if abs(scale - 1) > 1e-6:
+        yield "A deadbeat observer, but in another scale: take t3 = 1, and K with it."
+    return "The observer forgets all but the last sample."
 
 
-@asks("T_dead", tolerance=1e-6)
-def _T_dead(rig):
-    yield _unit_member(0.0)[0], None
-    yield _unit_member(0.9)[0], "That is the observer with epsilon = 0.9; deadbeat is epsilon = 0."
-
-
-@asks("K_dead", tolerance=1e-6)
-def _K_dead(rig):
-    yield _unit_member(0.0)[1], "The observer forgets all but the last sample."
-    yield _unit_member(0.9)[1], "That is K for epsilon = 0.9; deadbeat is epsilon = 0."
-    yield _unit_member(0.0)[0][:, :2], "With E = 0 equation (5) is TA = KC, not T = K C."
+@asks("T_dead", "K_dead", tolerance=1e-6)
+def _deadbeat(rig):
+    (T, K), (T_slow, K_slow) = _unit_member(0.0), _unit_member(0.9)
+    yield T, None
+    yield T_slow, "That is the observer with epsilon = 0.9; deadbeat is epsilon = 0."
+    yield "K_dead"
+    yield K, None
+    yield K_slow, "That is K for epsilon = 0.9; deadbeat is epsilon = 0."
+    yield T[:, :2], "With E = 0 equation (5) is TA = KC, not T = K C."
 
 
 def _unit_member(E):
     """T and K with t3 = 1."""
     A, B = np.array([[1, 0, 1], [0, 0.5, 0], [0, 0, 1]]), np.array([[0.0], [1], [1]])
-    family = observer_family(control.ss(A, B, np.eye(2, 3), 0, 1), E)
+    family = pl.observer_family(control.ss(A, B, np.eye(2, 3), 0, 1), E)
     T, K = family.split(family.basis[0])
     return T / T[0, 2], K / T[0, 2]
 
 
-@on("triple")
-@asks("dimension_aligned")
+@asks("dimension_aligned", base="triple")
 def exercise_2(rig):
     """Dimension of the family for the triple with its motor 2 used up."""
-    model, E = sample(linearize(rig), TS), [0.9, 0.9]
+    model, E = pl.sample(pl.linearize(rig), TS), [0.9, 0.9]
     p, q = len(E), model.noutputs
-    yield observer_family(align(model, 10.0), E).dimension, "Does your formula give it, too?"
-    both = "That is with both inputs kept out; one is left."
-    yield observer_family(model, E).dimension, both
+    aligned = pl.align(model, 10.0)
+    yield pl.observer_family(aligned, E).dimension, "Does your formula give it, too?"
+    yield pl.observer_family(model, E).dimension, "That is with both inputs kept out; one is left."
     yield p * q, "That is with no input kept out; one is left, and TB = 0 for it."
     yield q - 1, "That is for one observer state; here there are two."
     yield q, "Count again: p rows, and in each row as many unknowns as equations leave."
 
 
-@judged
 def exercise_3(best_pair, rig=None):
     """The two outputs of the double with which the quietest observer is quietest."""
     noise = _noise_gains()
@@ -91,27 +84,19 @@ def exercise_3(best_pair, rig=None):
 @lru_cache
 def _noise_gains():
     """Noise gain from y to xhat of the quietest member for each pair of the double's outputs."""
-    model = sample(linearize(load("double")), TS)
-    result = {}
-    for pair in ((0, 1), (0, 2), (1, 2)):
+    model, result = pl.sample(pl.linearize(pl.load("double")), TS), {}
+    for pair in combinations(range(3), 2):
         two = control.ss(model.A, model.B, model.C[list(pair)], 0, TS)
-        result[pair] = observer_family(two, [0.9, 0.8]).best().noise_gain()
+        result[pair] = pl.observer_family(two, [0.9, 0.8]).best().noise_gain()
     return result
 
 
-def exercise_4(samples_slow=None, samples_fast=None, rig=None):
+@asks("samples_slow", "samples_fast")
+def exercise_4(rig):
     """Samples until an error that shrinks by 0.9 or 0.5 per sample is below 1 %."""
-    return all_right(_samples_slow(samples_slow), _samples_fast(samples_fast))
-
-
-@asks("samples_slow")
-def _samples_slow(rig):
-    return _waiting(0.9, other=0.5)
-
-
-@asks("samples_fast")
-def _samples_fast(rig):
-    return _waiting(0.5, other=0.9)
+    yield from _waiting(0.9, other=0.5)
+    yield "samples_fast"
+    yield from _waiting(0.5, other=0.9)
 
 
 def _waiting(pole, other):
@@ -135,23 +120,19 @@ def _waiting(pole, other):
 
 def exercise_5(impossible_pole=None, k=None, rig=None):
     """Which pole forbids a stable controller, and a gain for the other plant."""
-    return all_right(_impossible(impossible_pole), _stabilises(k))
+    return all_right(verdict(_impossible(impossible_pole)), verdict(_stabilises(k)))
 
 
-@judged
-def _impossible(pole, rig=None):
+def _impossible(pole):
     if pole not in POLES:
         yield "impossible_pole should be one of 1.1 and 1.5."
     if pole < ZERO:  # zeros: 1.2 and infinity
-        yield (
-            "The plant has real zeros outside the circle at 1.2 and at infinity. How many poles "
-            "lie between them in each case? An odd number forbids a stable controller."
-        )
+        yield """The plant has real zeros outside the circle at 1.2 and at infinity. How many poles
+            lie between them in each case? An odd number forbids a stable controller."""
     return "An odd number of poles between two zeros."
 
 
-@judged
-def _stabilises(k, rig=None):
+def _stabilises(k):
     try:
         gain = number("k", k)
     except (ValueError, TypeError) as problem:
@@ -165,28 +146,19 @@ def _stabilises(k, rig=None):
     if unstable(gain) and not unstable(-gain):
         yield "k has the opposite sign; u = -k y gives the polynomial of the task."
     if unstable(gain):
-        yield (
-            f"With your k the closed loop has unstable poles: {unstable(gain)} of 2. "
-            "Scan k over both signs and watch the roots of the polynomial."
-        )
+        yield f"""With your k the closed loop has unstable poles: {unstable(gain)} of 2. Scan k over
+            both signs and watch the roots of the polynomial."""
     return "A constant gain is as stable as a controller can be."
 
 
-def exercise_6(c_deadbeat=None, c_least=None, rig=None):
+@asks("c_deadbeat", "c_least")
+def exercise_6(rig):
     """Where the sensor y = c x1 + x2 puts the invariant zero 1.2 - c of the small plant."""
-    return all_right(_c_deadbeat(c_deadbeat), _c_least(c_least))
-
-
-@asks("c_deadbeat")
-def _c_deadbeat(rig):
     yield SMALL_POLE, None
     yield 0, "E = 0 is where the zero has to be; which c puts it there?"
     yield 0.6, "That is the sensor of the text, with its zero at 0.6."
     yield 0.2, "Put it into z - 1.2 + c: the zero is not at 0."
-
-
-@asks("c_least")
-def _c_least(rig):
+    yield "c_least"
     yield SMALL_POLE - 1, "The zero belongs to the observer, so it has to be a stable one."
     yield 2.2, "Above that c the zero lies beyond -1; asked is the lower end."
     yield 0, "With c = 0 the zero is at 1.2, outside already."

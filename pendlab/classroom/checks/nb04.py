@@ -5,20 +5,12 @@ from dataclasses import replace
 import control
 import numpy as np
 
+import pendlab as pl
+
 from ..._arguments import number
-from ...controllers import controller
-from ...gain import lqr
-from ...loop import frequency_response, margins, open_loop, state_feedback_loop
-from ...nyquist import encirclements
-from ...observers import observer_family
-from ...paper.alignment import alignment_interval
-from ...paper.designs import paper_design
-from ...paper.ledger import published
-from ...sampled import add_integrator
-from ...studies.transmission import rms
 from .hw2 import commuting
 from .hw3 import kalman_filter
-from .judging import asks, judged
+from .judging import asks
 
 OFFSET = 0.01  # rad, on the sensor of theta2 - theta1
 SIGMA = (1e-3, 1e-3, 1e-2)  # rad, rad, rad/s: noise of the readings in exercise 7
@@ -29,73 +21,62 @@ DISTANCE, NOISE = 0.91, 0.2  # from -1, V: what exercise 7 asks for
 def exercise_1(rig):
     """Angle at which the double settles with an offset in the sensor that is integrated, rad."""
     double = _design("double", rig)
+    plain = replace(double, Q=double.Q[:4], tracked=())
 
-    def angle(design, seconds=np.inf):
-        """After a time in which the integrator has been at work."""
+    def angle(design):
+        """From the offset, as it is switched on, to theta2 - theta1."""
         A, B, F = design.augmented.A, design.augmented.B, design.F
-        loop, sensed = A - B @ F, np.eye(len(A))[1]
-        pushed = -B @ F @ sensed * OFFSET
+        pushed = -B @ F[:, [1]]
         if design.tracked:
-            pushed[4] -= design.dt * OFFSET
-        rest = np.linalg.solve(np.eye(len(A)) - loop, pushed)
-        gone = (
-            np.linalg.matrix_power(loop, round(seconds / design.dt)) if seconds < np.inf else 0 * A
-        )
-        return (rest - gone @ rest)[1]
+            pushed[4] -= design.dt
+        return OFFSET * control.ss(A - B @ F, pushed, np.eye(1, len(A), 1), 0, design.dt)
 
-    settled = angle(double)
+    settled, without = (angle(design).dcgain() for design in (double, plain))
     yield settled, None
-    early = (
-        "Has it settled? The integrator is slow: plot the angle, and wait until it moves no more."
-    )
-    for seconds in (2, 5, 10, 15, 20, 25, 30, 35, 40, 45, 50, 60):
-        yield angle(double, seconds), early
+    rising = control.step_response(angle(double), 60.0).outputs
+    early = """Has it settled? The integrator is slow: plot the angle, and wait until it moves no
+        more."""
+    for seconds in (2, *range(5, 51, 5), 60):
+        yield rising[round(seconds / double.dt)], early
     yield 0.0, "Which angle is 0 in the end: the true one, or what the sensor shows?"
     yield -settled, "The sign: the sensor shows the true angle plus its offset."
-    plain = replace(double, Q=double.Q[:4], tracked=())
-    yield angle(plain), "That is without the integrator; use `double.F` with its fifth entry."
+    yield without, "That is without the integrator; use `double.F` with its fifth entry."
 
 
 @asks("answers", apart=True)
 def exercise_2(rig):
     """(turns, unstable closed-loop eigenvalues) of the double's loop times 0.4, 1 and 20."""
     double = _design("double", rig)
-    loops = (state_feedback_loop(double.augmented, k * double.F) for k in (0.4, 1.0, 20.0))
-    counts = [encirclements(loop) for loop in loops]
+    loops = (pl.state_feedback_loop(double.augmented, k * double.F) for k in (0.4, 1.0, 20.0))
+    counts = [pl.encirclements(loop) for loop in loops]
     turns, unstable = np.array([(c.turns, c.unstable_closed) for c in counts], dtype=float).T
-
-    def pairs(first, second):
-        return np.column_stack([first, second])
-
     praise = "In each pair, turns and unstable eigenvalues add up to the number of the open loop."
-    yield pairs(turns, unstable), praise
-    yield pairs(unstable, turns), "The pairs are the other way round: (turns, unstable)."
-    yield pairs(-turns, unstable), "Turns are counted anticlockwise here."
+    yield np.c_[turns, unstable], praise
+    yield np.c_[unstable, turns], "The pairs are the other way round: (turns, unstable)."
+    yield np.c_[-turns, unstable], "Turns are counted anticlockwise here."
     half = "That is the upper half of the contour; count both halves."
-    yield pairs(turns / 2, unstable), half
-    inside = (
-        "You stepped round z = 1 on the inside, where one more pole is outside the contour; "
-        "pl.encirclements steps round it on the outside."
-    )
-    yield pairs(turns + 1, unstable), inside
+    yield np.c_[turns / 2, unstable], half
+    inside = """You stepped round z = 1 on the inside, where one more pole is outside the contour;
+        pl.encirclements steps round it on the outside."""
+    yield np.c_[turns + 1, unstable], inside
     opened = turns * 0 + counts[0].unstable_open
-    yield pairs(turns, opened), "Those are the open-loop eigenvalues; P - Z = turns."
-    yield pairs(opened, unstable), "Turns = P - Z; they change with Z."
+    yield np.c_[turns, opened], "Those are the open-loop eigenvalues; P - Z = turns."
+    yield np.c_[opened, unstable], "Turns = P - Z; they change with Z."
 
 
 @asks("ripple")
 def exercise_3(rig):
     """Ratio of the controllers' gains from theta1 to the voltage at z = -1, observer 2 to 1."""
-    systems = [paper_design("double", observer=n).controller.system for n in (1, 2)]
+    systems = [pl.paper_design("double", observer=n).controller.system for n in (1, 2)]
 
     def ratio(omega=np.pi / systems[0].dt, sensor=0):
-        first, second = (abs(frequency_response(s, omega)[0, 0, sensor]) for s in systems)
+        first, second = (abs(pl.frequency_response(s, omega)[0, 0, sensor]) for s in systems)
         return second / first
 
     yield ratio(), None
     yield 20 * np.log10(ratio()), "That is in decibels; give the factor itself."
     direct = "Only L1 counted; the observer's state adds its share at z = -1."
-    yield abs(systems[1].D[0, 0]) / abs(systems[0].D[0, 0]), direct
+    yield abs(systems[1].D[0, 0] / systems[0].D[0, 0]), direct
     yield ratio(50.0), "Half the sampling rate is 50 Hz; frequencies go in as rad/s."
     for sensor in (1, 2):
         other = "That is another sensor; theta1 is the first input of the controller."
@@ -114,10 +95,10 @@ def exercise_4(rig):
 
     yield at_one(), None
     printed = "That is the paper's printed number; the parameters give another."
-    yield published("eq18.k_p_interval").values[0], printed
+    yield pl.published("eq18.k_p_interval").values[0], printed
     pair = "That is the upper end; there a pair leaves the circle."
-    yield alignment_interval(triple.model)[1], pair
-    yield alignment_interval(triple.filtered)[1], "That is the upper end, with filters."
+    yield pl.alignment_interval(triple.model)[1], pair
+    yield pl.alignment_interval(triple.filtered)[1], "That is the upper end, with filters."
     yield -at_one(), "The sign: A_t1 = A_t - B_t2 k_p C_p C_t, so I - A_t1 has a plus."
     mixed = "Two digits, please. I - A belongs to the sampled model, 0 - A to the continuous one."
     yield at_one(model=triple.plant), mixed  # 0.80, as the truth to one digit is
@@ -128,9 +109,9 @@ def exercise_4(rig):
 @asks("free", apart=True)
 def exercise_5(rig):
     """Parameters of the observer that change the controller: double, triple, triple with two E."""
-    double, triple = (paper_design(name).model for name in ("double", "triple"))
-    cases = ((double, (0.9,)), (triple, (0.9, 0.9)), (triple, (0.9, 0.8)))
-    solutions = np.array([observer_family(model, E).dimension for model, E in cases])
+    cases = (("double", (0.9,)), ("triple", (0.9, 0.9)), ("triple", (0.9, 0.8)))
+    families = (pl.observer_family(pl.paper_design(name).model, E) for name, E in cases)
+    solutions = np.array([family.dimension for family in families])
     renaming = np.array([commuting(np.diag(E)) for _, E in cases])
     rows = np.array([len(E) for _, E in cases])
     yield solutions - renaming, "What commutes with E only renames the observer's states."
@@ -147,23 +128,19 @@ def exercise_5(rig):
 def exercise_6(rig):
     """Largest k_p of the finished triple with filters, F unchanged, V/rad."""
     triple = _design("triple", rig)
-
-    def found(index=1, filters=True):
-        return margins(triple.loop(index, filters))
-
-    yield triple.kp * found().gain_up, None
-    yield found().gain_up, "That is a factor; of which k_p?"
+    kp, second = triple.kp, pl.margins(triple.loop(1, filters=True))
+    yield kp * second.gain_up, None
+    yield second.gain_up, "That is a factor; of which k_p?"
     upper = "That is the upper end of the interval; here the loops of both motors are closed."
-    yield alignment_interval(triple.filtered)[1], upper
-    yield alignment_interval(triple.model)[1], f"Put the filters in. {upper}"
-    yield triple.kp * found(filters=False).gain_up, "That is without filters; put them in."
+    yield pl.alignment_interval(triple.filtered)[1], upper
+    yield pl.alignment_interval(triple.model)[1], f"Put the filters in. {upper}"
+    yield kp * pl.margins(triple.loop(1)).gain_up, "That is without filters; put them in."
     one = "That is the gain margin at input 1; k_p is the gain of loop 2."
-    yield triple.kp * found(index=0).gain_up, one
-    yield triple.kp * found().gain_down, "That is how far k_p may fall; how far may it rise?"
-    yield triple.kp * (found().gain_up - 1), "That is how much may be added to k_p."
+    yield kp * pl.margins(triple.loop(0, filters=True)).gain_up, one
+    yield kp * second.gain_down, "That is how far k_p may fall; how far may it rise?"
+    yield kp * (second.gain_up - 1), "That is how much may be added to k_p."
 
 
-@judged
 def exercise_7(q_mine, rig=None):
     """Process noise of a Kalman filter for the double with its filters: near, and quiet."""
     q = number("q_mine", q_mine, above=0, most=1e9)  # V^2
@@ -181,9 +158,10 @@ def _kalman(design, q):
     model = design.filtered
     observer = kalman_filter(model, q * model.B @ model.B.T, np.diag(np.square(SIGMA)))
     Q = [*design.Q[:4], *[0] * (model.nstates - 4), design.Q[4]]
-    own = controller(lqr(add_integrator(model, 1), Q, design.R), observer, design.dt)
-    noise = rms(control.feedback(own.system, model, sign=1), SIGMA)[0]
-    return margins(open_loop(own, model)).modulus, noise
+    F = pl.lqr(pl.add_integrator(model, 1), Q, design.R)
+    own = pl.controller(F, observer, design.dt)
+    noise = pl.rms(control.feedback(own.system, model, sign=1), SIGMA)[0]
+    return pl.margins(pl.open_loop(own, model)).modulus, noise
 
 
 @asks("floors")
@@ -202,9 +180,9 @@ def exercise_8(rig):
     peak = "The first is the sum of the logarithms; the peak is its exponential."
     yield (np.log(hard), soft), peak
     yield floors(triple.model, 1 / dt), "Frequencies go up to half the sampling rate."
-    yield floors(paper_design("double").model), "That is the double's; take the triple."
+    yield floors(pl.paper_design("double").model), "That is the double's; take the triple."
 
 
 def _design(name, rig):
-    design = paper_design(name)
+    design = pl.paper_design(name)
     return design if rig is None else replace(design, rig=rig, coefficients=None)

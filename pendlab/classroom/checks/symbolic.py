@@ -4,53 +4,43 @@ Equal means equal in value, in whatever form it is written. Symbols count by the
 it does not matter with which assumptions they were made anew.
 """
 
+from itertools import product
+
 import numpy as np
 
-from .judging import FOUND_TOO, Verdict, close
 
+def formula_hint(name, answer, truth, mistakes, new=None):
+    """What to say about a SymPy matrix that is not the truth for all values of symbols, or None.
 
-def compare_formula(name, answer, truth, mistakes=(), praise=None, new=None):
-    """Judge a SymPy matrix: equal to the truth for all values of the symbols or not.
-
-    Parameters
-    ----------
-    name : of the answer, for hints
-    answer : what came, anything
-    truth : SymPy matrix
-    mistakes : (matrix, hint) pairs; the opposite sign and the transpose are always tried
-    new : name of a symbol of the truth that may go by any name in the answer
-
-    Returns
-    -------
-    Verdict
+    The opposite sign and the transpose are always among the (matrix, hint) pairs `mistakes`; `new`
+    is the name of a symbol of the truth that may go by any name in the answer.
     """
     mistakes = list(mistakes)
-    shapes = {truth.shape, truth.shape[::-1], *(matrix.shape for matrix, _ in mistakes)}
+    usual = [
+        (-truth, f"{name} has the opposite sign; on which side of the equation does it stand?"),
+        (truth.T, f"{name} is transposed."),
+    ]
+    known, (rows, columns) = [truth, *(matrix for matrix, _ in mistakes)], truth.shape
+    shapes = {(columns, rows), *(matrix.shape for matrix in known)}
     if not hasattr(answer, "applyfunc") or answer.shape not in shapes:
-        rows, columns = truth.shape
-        return Verdict(False, f"{name} should be a {rows} x {columns} SymPy matrix of formulas.")
-    symbols = {s.name: s for s in truth.free_symbols.union(*(m.free_symbols for m, _ in mistakes))}
+        return f"{name} should be a {rows} x {columns} SymPy matrix of formulas."
+    symbols = {s.name: s for matrix in known for s in matrix.free_symbols}
     unknown = [s for s in answer.free_symbols if s.name not in symbols]
     if new and len(unknown) == 1:
         symbols[unknown[0].name] = symbols[new]
     answer = answer.xreplace({s: symbols.get(s.name, s) for s in answer.free_symbols})
     if same(answer, truth):
-        return Verdict(True, praise or FOUND_TOO)
+        return None
     if truth.free_symbols and not answer.free_symbols:
-        return Verdict(False, f"{name} holds numbers only; leave the symbols in it.")
-    usual = [
-        (-truth, f"{name} has the opposite sign; on which side of the equation does it stand?"),
-        (truth.T, f"{name} is transposed."),
-    ]
+        return f"{name} holds numbers only; leave the symbols in it."
     for wrong, hint in [*mistakes, *usual]:
         if same(answer, wrong):
-            return Verdict(False, hint)
+            return hint
     if answer.shape != truth.shape:
-        return Verdict(False, f"{name} should have the shape {truth.shape}, found {answer.shape}.")
-    rows, columns = truth.shape
-    places = [(i, j) for i in range(rows) for j in range(columns)]
+        return f"{name} should have the shape {truth.shape}, found {answer.shape}."
+    places = product(range(rows), range(columns))
     wrong = next(place for place in places if not _zero(answer[place] - truth[place]))
-    return Verdict(False, f"{name}: look again at entry {wrong}, counted from 0.")
+    return f"{name}: look again at entry {wrong}, counted from 0."
 
 
 def same(a, b):
@@ -82,12 +72,6 @@ def evaluate(expression, matrices, size):
             matrix = matrices[base.name]
             value = value @ (matrix if power == 1 else np.linalg.matrix_power(matrix, int(power)))
         for number in numbers:
-            known = {symbol: matrices[symbol.name] for symbol in number.free_symbols}
-            value = value * complex(number.subs(known))
+            value = value * complex(number.subs({s: matrices[s.name] for s in number.free_symbols}))
         total = total + value
     return total
-
-
-def agree(a, b):
-    """Whether two matrices of numbers agree to rounding."""
-    return a.shape == b.shape and close(a, b, 1e-8)
