@@ -36,7 +36,7 @@ def exercise_2(weight, rig):
     if abs(tau - SLOWEST) > 0.05 * SLOWEST:
         yield f"""With this weight the slowest motion has {tau:.3g} s, {SLOWEST:g} s is asked for.
             By which power of the weight does the time change?"""
-    return f"The slowest motion takes {tau:.2f} s."
+    return f"The slowest motion takes {tau:.1f} s."
 
 
 def exercise_3(design, rig):

@@ -94,8 +94,7 @@ def exercise_3(rig):
 
     yield "most"
     yield max(m for m, free in zip(motors, freedom) if free >= rows), None
-    hint = f"""T has {rows} rows. With E = e I they all come from one and the same space; of which
-        dimension must it be at least?"""
+    hint = "Hold each number of free directions against the number of rows that T needs."
     for other in range(10):
         yield other, hint
 

@@ -140,6 +140,6 @@ def exercise_5(design, reference, rig):
     error = np.abs(run.angles[:, 1:] - wave(t))[t > PERIOD].max()
     if error > FOLLOWS:
         yield f"""In the second round the attitudes are up to {error:.3f} rad off the wave,
-            {FOLLOWS:g} is asked for. They come late: either a faster loop, or a reference that is
-            early."""
+            {FOLLOWS:g} is asked for. They come late and with another amplitude: does your reference
+            undo both?"""
     return "It dances in time."

@@ -8,7 +8,7 @@ import pendlab as pl
 
 from ..contest import contest, play, points, rounds
 from .acceptance import fallen, first_state, remembers_in_self
-from .judging import compare, not_callable
+from .judging import Verdict, all_right, compare, not_callable, verdict
 
 RIG = dict(base="double")
 REST = 0.005  # rad
@@ -101,9 +101,15 @@ def exercise_3(make, season=1, rig=None):
 
 def exercise_4(make, season=1, least_margin=None, rig=None):
     """Robust: on pendulums that the controller is not told about, in the season after."""
-    yield not_callable(make, "your class")
-    yield _wrong_margin(least_margin, make(rig), rig)
-    neighbours = [dict(rig=rig, season=season + 1, plant=pl.my_rig(who)) for who in OTHERS]
+    if not callable(make):
+        return Verdict(False, not_callable(make, "your class"))
+    parts = _margin(least_margin, make(rig), rig), verdict(_holds_elsewhere(make, season + 1, rig))
+    return all_right(*(part for part in parts if part is not None))
+
+
+def _holds_elsewhere(make, season, rig):
+    """Falls no more often than the paper's controller, and is ahead where that one stands."""
+    neighbours = [dict(rig=rig, season=season, plant=pl.my_rig(who)) for who in OTHERS]
     mine, theirs = (
         [contest(one, **neighbour) for neighbour in neighbours] for one in (make, papers)
     )
@@ -115,10 +121,12 @@ def exercise_4(make, season=1, least_margin=None, rig=None):
         yield f"""On the neighbours' pendulums it falls in {falls} of {8 * len(mine)} rounds, more
             often than the paper's controller. How large is your modulus margin with filters, and
             what does a hard push do to your voltage?"""
-    ahead = np.mean([m.total for m in mine]) - np.mean([t.total for t in theirs])
+    pairs = chain(*(zip(m.rounds, t.rounds) for m, t in zip(mine, theirs)))
+    ahead = np.mean([m.points - t.points for m, t in pairs if t.fell_at is None])
     if ahead < STRANGERS:
-        yield f"""On the neighbours' pendulums it is {ahead:+.1f} points from the paper's,
-            {STRANGERS:+.0f} is asked for: what in it knows one pendulum or one season by heart?"""
+        yield f"""On the neighbours' pendulums, where the paper's controller stands, yours is
+            {ahead:+.1f} points from it, {STRANGERS:+.0f} is asked for: what in it knows one
+            pendulum or one season by heart?"""
     return "It holds for pendulums and pushes that it had not seen."
 
 
@@ -130,7 +138,8 @@ def _margin(answer, controller, rig):
     if not inside:
         return None  # all of it is the student's own: only they know what is linear in it
     if answer is None:
-        return "Your class wraps a controller of the package: least_margin is its modulus margin."
+        why = "Your class wraps a controller of the package: least_margin is its modulus margin."
+        return Verdict(False, why)
     ideal = pl.linearize(rig)
     real, without = (
         pl.margins(pl.open_loop(inside[0], pl.sample(plant, controller.dt)))

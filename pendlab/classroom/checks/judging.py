@@ -77,6 +77,7 @@ def _hint(name, answer, truth, mistakes, tolerance, each=False):
     """What to say about numbers that are not the truth, or None."""
     if answer is None or answer is ...:
         return f"{name} has no value yet."
+    counted = np.issubdtype(np.asarray(truth).dtype, np.integer)
     truth = np.asarray(truth, dtype=complex if np.iscomplexobj(truth) else float)
     if np.iscomplexobj(truth):
         answer = np.asarray(answer, dtype=complex)

@@ -87,8 +87,9 @@ def _bend_5(rig):
     yield where(), "Now hold it against the lean."
     for turned in ((1, 0), (1, -1)):
         yield where(shape=turned), "There theta1 differs from 0: it leans, or link 1 turns alone."
-    near = "A little too large. The truth is the nonlinear model, and the error is that of both "
-    yield where(relative_to=0), near + "accelerations together, by their norm."
+    near = """A little too large. The truth is the nonlinear model, and the error is that of both
+        accelerations together, by their norm."""
+    yield where(relative_to=0), near
     alone = "That is where the acceleration of link 1 alone is 5 % wrong; take the norm of both."
     yield where(entries=[2]), alone
     yield where(0.005), "That is 0.5 %."

@@ -10,7 +10,7 @@ import pendlab as pl
 from ..._arguments import array, found
 from ...paper import words
 from .acceptance import REAL, no_design, unstable
-from .judging import asks, choose, not_callable
+from .judging import asks, choose
 
 SLOWEST, DISTANCE = 2.0, 0.6  # s; from -1
 PUSH, TOLERANCE = 0.05, 0.03  # s; of the force
@@ -99,10 +99,10 @@ def _largest():
 
 def exercise_5(load, rig=None):
     """A load that fades and lets the oscillation grow."""
-    if not isinstance(load, Imperfections):
+    if not isinstance(load, pl.Imperfections):
         yield f"Expected the bench's imperfections with a start torque, {found(load)}."
-    torque, time = load.start_torque, load.start_torque_time
-    if np.exp(-7.0 / time) >= 0.5:
+    fading = {name: getattr(load, name) for name in ("start_torque", "start_torque_time")}
+    if np.exp(-7.0 / load.start_torque_time) >= 0.5:
         yield "The load must have faded to less than half by seven seconds."
     design = pl.paper_design("triple")
     draw, start = np.random.default_rng(1), np.array(pl.bench_start(design.rig))
@@ -112,8 +112,7 @@ def exercise_5(load, rig=None):
         7.0,
         [dict(initial=start + draw.uniform(-1e-3, 1e-3, 3)) for _ in range(6)],
         progress=False,
-        disturbance=load,
-        imperfections=pl.bench_imperfections(design.rig),
+        imperfections=replace(pl.bench_imperfections(design.rig), **fading),
     )
     if any(run.fell for run in runs):
         yield "Under this load the pendulum falls: less of it."

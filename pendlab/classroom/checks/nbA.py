@@ -101,7 +101,7 @@ def _counted(truth, hint):
         yield other, hint
 
 
-@asks("slow_half", base="double", own="'A.5', slow_half, rig=own", tolerance=2e-3)
+@asks("slow_half", base="double", own="'A.5', slow_half, rig=own")
 def exercise_5(rig):
     """Slow unstable eigenvalue of a double whose gearbox has half the ratio, 1/s."""
 
