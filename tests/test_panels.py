@@ -105,7 +105,7 @@ def test_labels_carry_units_and_widths_fit(panel, name):
 
 @pytest.mark.parametrize("name", MAKERS)
 def test_picture_fits_a_lab_pc(panel, name):
-    width, height = panel(name)._picture.size
+    width, height = panel(name).view.figure.bbox.size
     assert width <= 920 and height <= 460
 
 
