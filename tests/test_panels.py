@@ -294,12 +294,11 @@ def test_what_is_called_idle_moves_nothing(panel, name):
     assert len(idle) >= 2
     told = p.view.figure.table
     for control in idle:
+        before = p.values[control]
         for stop in stops(p.controls[control]):
             p.at(**{control: stop})
             assert p.view.figure.table == told, control
-        p.at(**p.presets["Reset"])
-        if "bench" in name:
-            p.at(**p.presets["Ideal rig"])
+        p.at(**{control: before})
 
 
 @pytest.mark.parametrize("name", MAKERS)
