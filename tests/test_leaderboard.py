@@ -88,3 +88,11 @@ def test_equal_scores_share_a_rank():
 def test_a_folder_without_classes_is_refused(tmp_path, capsys):
     assert main(["leaderboard", str(tmp_path)]) == 2
     assert "no notebook below" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("option", ["season", "seconds"])
+def test_options_are_refused_before_the_first_process(tmp_path, capsys, option):
+    hand_in(tmp_path, "ada", PAPERS)
+    assert main(["leaderboard", str(tmp_path), f"--{option}", "-1"]) == 2
+    told = capsys.readouterr().err
+    assert f"{option}: expected" in told and "ada" not in told

@@ -103,7 +103,7 @@ def files(paths, confined=False):
             continue
         name, marking = assignment(path), paper.marking(path)
         if f"source/{name}/{path.name}" in found:
-            raise ValueError(f"notebooks: two of them are called {path.name}.")
+            raise ValueError(f"notebooks: two of them are called {path.name}; rename one.")
         found[f"source/{name}/{path.name}"] = as_text(source(notebook, marking))
         found[f"marking/{name}.md"] = sheet(name, paper.exercises(notebook), marking)
     if not found:

@@ -42,7 +42,7 @@ def writable(name, folder):
     try:
         tempfile.TemporaryFile(dir=above).close()
     except OSError:
-        why = f"{name}: {above} cannot be written to; choose another with --folder."
+        why = f"{name}: {above} cannot be written to; choose another folder."
         raise ValueError(why) from None
     return folder
 

@@ -34,6 +34,10 @@ class Entry:
 
 def leaderboard(folder, season=1, seconds=300):
     """Entries of all notebooks below a folder that define ``Mine``, the best first."""
+    from .._arguments import number, whole  # here: the commands load with nothing but Python
+
+    whole("season", season)
+    number("seconds", seconds, least=1)
     folder = Path(folder)
     folder = folder / "submitted" if (folder / "submitted").is_dir() else folder
     paths = [p for p in sorted(folder.rglob("*.ipynb")) if ".ipynb_checkpoints" not in p.parts]
@@ -42,9 +46,9 @@ def leaderboard(folder, season=1, seconds=300):
     if not found:
         raise ValueError(f"DIR: no notebook below {str(folder)!r} defines a class {CLASS}.")
     entries = []
-    for number, (path, code) in enumerate(found, 1):
+    for count, (path, code) in enumerate(found, 1):
         who = path.relative_to(folder).parts[0].removesuffix(".ipynb")
-        print(f"{number} of {len(found)}: {who}", file=sys.stderr, flush=True)
+        print(f"{count} of {len(found)}: {who}", file=sys.stderr, flush=True)
         entries.append(Entry(who, claim=_claim(path), **_play(code, season, seconds)))
     return sorted(entries, key=_place)
 
@@ -110,7 +114,7 @@ def _worker():
     if not callable(names.get(CLASS)):  # a gap, or nothing
         result = {"score": 0.0, "falls": None, "reason": f"no class {CLASS} came out of its cells"}
     else:
-        from .contest import contest  # here: the commands load with nothing but Python
+        from .contest import contest
 
         score = contest(names[CLASS], season=work["season"])
         result = {"score": round(score.total, 1), "falls": score.falls, "reason": score.reason}
