@@ -250,8 +250,7 @@ def margins(loop, points=2000):
     # At both ends the imaginary part is zero up to rounding: no sign to compare, crossings anyway.
     rest = int(omega[0] == 0)
     inside = crossings(omega[rest:-1], L.imag[rest:-1], lambda w: at(w).imag)
-    real_axis = [*omega[:rest], *inside, omega[-1]]
-    real = [(at(w).real, w) for w in real_axis]
+    real = [(at(w).real, w) for w in (*omega[:rest], *inside, omega[-1])]
     up = min(((-1 / x, w) for x, w in real if -1 <= x < 0), default=(np.inf, np.nan))
     down = max(((-1 / x, w) for x, w in real if x <= -1), default=(0.0, np.nan))
     crossover = crossings(omega, np.abs(L) - 1, lambda w: abs(at(w)) - 1)

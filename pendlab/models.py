@@ -61,9 +61,8 @@ def derived(model, A, B, C, D, *, name, dt=None, more=(), inputs=None):
     for label in more:
         count = sum(known == label or known.startswith(f"{label} ") for known in states)
         states.append(f"{label} {count + 1}" if count else label)
-    inputs = model.input_labels if inputs is None else inputs
-    labels = dict(states=states, inputs=inputs, outputs=model.output_labels, name=name)
-    return control.ss(A, B, C, D, model.dt if dt is None else dt, **labels)
+    labels = dict(inputs=inputs or model.input_labels, outputs=model.output_labels, states=states)
+    return control.ss(A, B, C, D, model.dt if dt is None else dt, name=name, **labels)
 
 
 def angle_names(n):

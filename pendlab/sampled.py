@@ -53,7 +53,6 @@ def align(model, kp):
     ['u1']
     """
     state_space("model", model)
-    kp = number("kp", kp)
     if model.ninputs < 2:
         raise ValueError(
             f"model: aligning takes the last of at least 2 inputs, found {model.ninputs}; "
@@ -64,7 +63,7 @@ def align(model, kp):
             f"model: expected the angle of every hinge among the outputs, found {model.noutputs} "
             f"outputs for {model.ninputs} inputs; use pl.linearize or pl.sample of it."
         )
-    A = model.A - kp * np.outer(model.B[:, -1], model.C[model.ninputs])
+    A = model.A - number("kp", kp) * np.outer(model.B[:, -1], model.C[model.ninputs])
     B, D, inputs = model.B[:, :-1], model.D[:, :-1], model.input_labels[:-1]
     return derived(model, A, B, model.C, D, name=f"{model.name} aligned", inputs=inputs)
 
