@@ -129,6 +129,16 @@ def test_fall_is_an_event_with_its_time(rig):
     assert np.abs(run.theta).max() < np.pi / 2
 
 
+def test_a_fall_before_the_new_voltage_arrives_keeps_its_time(rig):
+    idle, x0 = Voltages((0.0,) * rig.n_motors), np.array([0.2, 0.1, -0.1])[: rig.n_links]
+    at_once, late = (
+        pl.simulate(rig, idle, 10.0, initial=x0, inner_step=1e-4,
+                    imperfections=pl.Imperfections(delay=delay)).fell_at
+        for delay in (0.0, 0.0095)
+    )  # fmt: skip
+    assert at_once % 0.01 < 0.009 and late == pytest.approx(at_once, abs=1.1e-4)
+
+
 @pytest.mark.parametrize("filters", [False, True])
 def test_tiny_start_is_the_linear_prediction(design, filters):
     rig, c = design.rig, design.controller
