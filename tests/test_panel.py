@@ -3,6 +3,8 @@
 import asyncio
 import gc
 import io
+from concurrent.futures import ThreadPoolExecutor
+from threading import Event
 
 import ipywidgets as widgets
 import numpy as np
@@ -239,6 +241,27 @@ def test_dense_screen_gets_as_many_dots(made):
 
 
 # Values that cannot work
+
+
+def test_a_move_while_the_picture_is_stored(made):
+    """JupyterLab has moves handled in a second thread."""
+    alone, done = panel(), Event()
+
+    def store():
+        while not done.is_set():
+            made.still()
+
+    with ThreadPoolExecutor(1) as second:
+        storing = second.submit(store)
+        try:
+            drawn = [
+                [(hand(p, "k", position=k), p.picture) for k in range(20)] for p in (made, alone)
+            ]
+        finally:
+            done.set()
+        storing.result()
+    assert drawn[0] == drawn[1]
+    alone.close()
 
 
 def test_impossible_value_gives_a_sentence_and_recovers(made):

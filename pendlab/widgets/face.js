@@ -10,9 +10,9 @@ function make(tag, attributes = {}, ...children) {
 function render({ model, el }) {
   // Shown twice, a panel still needs names of its own for each of its controls.
   const face = model.get("face"), id = face.still + Math.random().toString(36).slice(2), fields = {};
-  let moves = 0;
+  const moves = () => model.get("hand").count || 0;  // the same however often the panel is shown
   function say(hand) {
-    model.set("hand", { ...hand, count: ++moves, ratio: window.devicePixelRatio || 1 });
+    model.set("hand", { ...hand, count: moves() + 1, ratio: window.devicePixelRatio || 1 });
     model.save_changes();
     root.classList.add("asked");
   }
@@ -103,7 +103,7 @@ function render({ model, el }) {
   el.append(root);
 
   function show() {
-    const state = model.get("state"), hand = state.count !== undefined && state.count < moves;
+    const state = model.get("state"), hand = state.count !== undefined && state.count < moves();
     for (const [name, value] of Object.entries(state.values)) fields[name].show(value, hand);
     for (const [name, field] of Object.entries(fields)) {
       const why = state.idle[name] || "";

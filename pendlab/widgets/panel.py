@@ -7,9 +7,11 @@ alternative text and caption, hidden while the panel lives: what a saved noteboo
 
 import asyncio
 import time
+from functools import wraps
 from html import escape
 from secrets import token_hex
 from textwrap import fill
+from threading import RLock
 from weakref import finalize, proxy
 
 import numpy as np
@@ -24,6 +26,18 @@ from .parts import Choice, Slider, Switch, View
 SLOW = 0.4  # s; updates that take longer announce themselves
 REST = 1.0  # s after the last move until the page's stored picture follows
 _CANNOT = (ValueError, ArithmeticError, np.linalg.LinAlgError)
+_DRAWING = RLock()
+
+
+def _one_at_a_time(method):
+    """Matplotlib draws in one thread; JupyterLab has moves handled in a second one."""
+
+    @wraps(method)
+    def alone(*arguments):
+        with _DRAWING:
+            return method(*arguments)
+
+    return alone
 
 
 class Panel:
@@ -142,6 +156,7 @@ class Panel:
 
     # From the page
 
+    @_one_at_a_time
     def _moved(self, hand):
         """What a hand did in the browser."""
         dots = min(max(float(hand.get("ratio", 1)), 1.0), 2.0)  # of the screen for each of ours
@@ -191,6 +206,7 @@ class Panel:
 
     # What is shown
 
+    @_one_at_a_time
     def _redraw(self, values=None):
         """Compute and draw with these values changed."""
         start = time.perf_counter()
@@ -264,6 +280,7 @@ class Panel:
         display({**view, "text/plain": self.title}, raw=True)
         self._still = display(self.still(), raw=True, display_id=True)
 
+    @_one_at_a_time
     def still(self):
         """The picture with its words as a notebook stores it, hidden where the panel lives."""
         picture = small_png(self.view.figure, self.view.moving)
